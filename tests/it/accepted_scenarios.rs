@@ -21,7 +21,7 @@ use naoisis::pitch::Pitch;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
 use naoisis::robot::falls::{CollisionFalls, FallModel};
-use naoisis::robot::gait::{BallTouch, Gait, Slip, StepNoise};
+use naoisis::robot::gait::{BallTouch, Gait, Slip, StepNoise, WalkVolume};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickModel, KickSettings};
 use naoisis::robot::latency::Latency;
@@ -174,7 +174,9 @@ fn gait() -> impl Strategy<Value = Gait> {
     let slip = (within(0.1..=2.0), within(0.0..=0.3), within(0.0..=90.0));
     let error = (within(0.0..=1.0), within(0.0..=180.0), within(0.0..=180.0));
     let touch = (within(1.0..=5.0), within(0.0..=90.0));
-    let gait = (limits, acceleration, slip, error, touch).prop_map(|(limits, acceleration, slip, error, touch)| Gait {
+    let volume = (within(1.0..=10.0), within(1.0..=10.0));
+    let parts = (limits, acceleration, volume, slip, error, touch);
+    let gait = parts.prop_map(|(limits, acceleration, volume, slip, error, touch)| Gait {
         step_s: limits.0,
         backward_mps: limits.1,
         sideways_mps: limits.2,
@@ -182,6 +184,7 @@ fn gait() -> impl Strategy<Value = Gait> {
         angular_acceleration: to_radians(acceleration.1),
         least_mps: limits.3,
         least_angular: to_radians(limits.4),
+        volume: WalkVolume { translation_exponent: volume.0, rotation_exponent: volume.1 },
         slip: Slip {
             scale: slip.0,
             scale_sd: slip.1,

@@ -38,9 +38,9 @@ pub struct MatchRealismArguments {
     #[command(flatten)]
     teams: TeamArguments,
     /// Differences in strength, as between teams of a tournament: in each match, each team has a handicap between 0 and this
-    /// (at most 0.9), drawn from the seed; 0 for teams as strong as they are
-    #[arg(long, value_name = "SHARE", default_value_t = 0.85, value_parser = spread, requires = "scenario")]
-    spread: f32,
+    /// (at most 0.9), drawn from the seed; 0 for teams as strong as they are [default: that of the real figures, or 0.85]
+    #[arg(long, value_name = "SHARE", value_parser = spread, requires = "scenario")]
+    spread: Option<f32>,
     /// Set a field of the scenario: messages.loss=0.2
     #[arg(long, value_name = "PATH=VALUE", requires = "scenario")]
     set: Vec<Setting>,
@@ -151,9 +151,10 @@ fn play_and_compare(
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
-    let (played, failed) = play(program, arguments, file, &interrupt);
+    let spread = arguments.spread.unwrap_or_else(|| RealFigures::spread(real, &file.scenario.name));
+    let (played, failed) = play(program, arguments, file, spread, &interrupt);
     let comparison = Comparison::of(&played, real, &file.scenario.name);
-    let what = what_was_played(arguments, file, played.len());
+    let what = what_was_played(arguments, file, spread, played.len());
     let mut printer = Printer::default();
     if !arguments.quiet && !played.is_empty() {
         printer.print(format_args!("{what}\n{}", table(&comparison)));
@@ -162,7 +163,7 @@ fn play_and_compare(
         "scenario": file.scenario.name,
         "teams": file.scenario.teams,
         "realism": file.scenario.realism_in_words(),
-        "spread": arguments.spread,
+        "spread": spread,
         "matches": played.len(),
         "first_seed": arguments.seed,
     });
@@ -212,6 +213,7 @@ fn play(
     program: Program,
     arguments: &MatchRealismArguments,
     file: &ScenarioFile,
+    spread: f32,
     interrupt: &Interrupt,
 ) -> (Vec<MatchMeasures>, bool) {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -219,7 +221,7 @@ fn play(
     let (mut played, mut failed) = (Vec::new(), false);
     play_matches(
         &file.scenario,
-        arguments.spread,
+        spread,
         arguments.matches as usize,
         arguments.seed,
         arguments.threads.map_or(cores, usize::from),
@@ -240,15 +242,15 @@ fn play(
     (played, failed)
 }
 
-fn what_was_played(arguments: &MatchRealismArguments, file: &ScenarioFile, played: usize) -> String {
+fn what_was_played(arguments: &MatchRealismArguments, file: &ScenarioFile, spread: f32, played: usize) -> String {
     let scenario = &file.scenario;
     let mut text = format!("{}, ", scenario.name);
     if let Some(teams) = &scenario.teams {
         let _ = write!(text, "{} (blue) against {} (pink), ", teams.name(Team::Blue), teams.name(Team::Pink));
     }
     let _ = write!(text, "{}", scenario.realism_in_words());
-    if arguments.spread > 0.0 && scenario.teams.is_some() {
-        let _ = write!(text, ", handicaps up to {}", arguments.spread);
+    if spread > 0.0 && scenario.teams.is_some() {
+        let _ = write!(text, ", handicaps up to {spread}");
     }
     text.push_str(": ");
     let last = arguments.seed.wrapping_add(played.saturating_sub(1) as u64);

@@ -78,7 +78,7 @@ impl GaitState {
         let ([mut way, mut on_ground], mut left_s) = ([Vec3::ZERO; 2], period);
         while left_s > NOTHING_S {
             if self.left_s <= NOTHING_S {
-                self.velocity = gait.next_velocity(gait.within(self.velocity, limits), wanted);
+                self.velocity = gait.velocity_after(gait.within(self.velocity, limits), wanted, gait.step_s);
                 if self.velocity == Vec3::ZERO {
                     self.stand();
                     break;
@@ -161,10 +161,10 @@ impl Gait {
         Vec3::new(x, y, if turns { z } else { 0.0 })
     }
 
-    /// The velocity of the next step after a step with `velocity`, for the commanded velocity `wanted`.
-    fn next_velocity(&self, velocity: Vec3, wanted: Vec3) -> Vec3 {
-        let translation = velocity.truncate().move_towards(wanted.truncate(), self.acceleration_mps2 * self.step_s);
-        let most_turn = self.angular_acceleration * self.step_s;
+    /// The velocity (m/s, m/s, rad/s) that the legs have `seconds` after a `velocity`, for the commanded velocity `wanted`.
+    pub fn velocity_after(&self, velocity: Vec3, wanted: Vec3, seconds: f32) -> Vec3 {
+        let translation = velocity.truncate().move_towards(wanted.truncate(), self.acceleration_mps2 * seconds);
+        let most_turn = self.angular_acceleration * seconds;
         translation.extend(velocity.z + (wanted.z - velocity.z).clamp(-most_turn, most_turn))
     }
 

@@ -240,7 +240,13 @@ impl Comparison {
             Some((row.key.clone(), figure))
         };
         let (name, year) = (name.to_owned(), year.to_owned());
-        RealFigures { name, year, scenarios: Vec::new(), figures: self.rows.iter().filter_map(figure).collect() }
+        RealFigures {
+            name,
+            year,
+            scenarios: Vec::new(),
+            spread: None,
+            figures: self.rows.iter().filter_map(figure).collect(),
+        }
     }
 }
 
@@ -257,6 +263,7 @@ mod tests {
             name: "real".to_owned(),
             year: "2024".to_owned(),
             scenarios: vec!["spl2025".to_owned()],
+            spread: None,
             figures: [("goals".to_owned(), figure)].into(),
         }
     }
@@ -273,6 +280,8 @@ mod tests {
     #[test]
     fn a_value_is_off_when_it_differs_by_more_than_both_intervals_explain() {
         let exact = |value, low, high| goals(&[figures(value, low, high, Certainty::Hard, Bound::Exact)], "spl2025");
+        // 3.0 ± 0.6 and 3.9 ± 0.5: the intervals overlap, but √(0.6² + 0.5²) is less than 0.9.
+        assert_eq!(exact(3.9, 3.4, 4.4).is_off(), Some(true));
         let [near, far] = [exact(3.5, 3.2, 3.9), exact(6.0, 5.5, 6.5)];
         assert_eq!((near.is_off(), near.mark(), near.mark().sign()), (Some(false), Mark::Hard, ""));
         assert_eq!((far.is_off(), far.ratio()), (Some(true), Some(0.5)));

@@ -8,6 +8,8 @@
 //!     year: "2022-2024",
 //!     // The built-in scenarios, or names of your own, that these figures are compared with; without any, all.
 //!     scenarios: ["spl2025"],
+//!     // The handicaps of the teams in simulated matches are between 0 and this, at most 0.9.
+//!     spread: 0.865,
 //!     figures: {
 //!         // By the key of a quantity, as `naoisis realism --match --explain` prints it; in the same unit.
 //!         "goals": (value: 4.88, low: 4.44, high: 5.34, n: 172, of: "matches", source: "the league's list of results"),
@@ -105,6 +107,10 @@ pub struct RealFigures {
     /// The scenarios that the figures are compared with. If empty, all scenarios.
     #[serde(default)]
     pub scenarios: Vec<String>,
+    /// How much the teams of these matches differ in strength: the range of the handicaps, from 0 to this, that the teams of simulated
+    /// matches draw. At most 0.9. It is fitted to the spread of the goals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread: Option<f32>,
     /// The figures, by the keys of their quantities.
     pub figures: BTreeMap<String, RealFigure>,
 }
@@ -200,6 +206,10 @@ impl RealFigures {
         };
         let path = path.to_owned();
         let read = read.map_err(|message| RealFiguresError::NotRead { path: path.clone(), message })?;
+        if !read.spread.is_none_or(|spread| (0.0..=0.9).contains(&spread)) {
+            let message = "expected a `spread` from 0 to 0.9".to_owned();
+            return Err(RealFiguresError::NotRead { path, message });
+        }
         let known = quantities(&[]);
         for (key, figure) in &read.figures {
             if !key.starts_with(KICK_KIND) && !known.iter().any(|quantity| quantity.key == *key) {
@@ -219,6 +229,13 @@ impl RealFigures {
     /// Returns whether the figures are compared with this scenario.
     pub fn are_of(&self, scenario: &str) -> bool {
         self.scenarios.is_empty() || self.scenarios.iter().any(|name| name == scenario)
+    }
+
+    /// Returns the range of the handicaps that teams draw in simulated matches of `scenario`: that of the first figures in `real` that are
+    /// of this scenario and have one, otherwise 0.85.
+    pub fn spread(real: &[Self], scenario: &str) -> f32 {
+        const DEFAULT: f32 = 0.85;
+        real.iter().filter(|figures| figures.are_of(scenario)).find_map(|figures| figures.spread).unwrap_or(DEFAULT)
     }
 
     /// Returns the text of a file with these figures, in RON.
@@ -256,6 +273,15 @@ mod tests {
         }
     }
 
+    #[test]
+    fn teams_differ_in_strength_as_the_first_figures_of_their_scenario_say() {
+        let own = r#"(name: "a", year: "2026", scenarios: ["spl2010", "my cup"], spread: 0.3, figures: {})"#;
+        let own = RealFigures::from_text(own, Path::new("a.ron")).unwrap();
+        let real: Vec<_> = [own].into_iter().chain(RealFigures::built_in()).collect();
+        assert_eq!(["spl2010", "my cup", "another"].map(|name| RealFigures::spread(&real, name)), [0.3, 0.3, 0.85]);
+        assert_ne!(RealFigures::spread(&real[1..], "spl2010"), RealFigures::spread(&real[1..], "spl2025"));
+    }
+
     fn error(text: &str, name: &str) -> String {
         RealFigures::from_text(text, Path::new(name)).unwrap_err().to_string()
     }
@@ -271,6 +297,8 @@ mod tests {
             error(&with(r#""goals": (value: 1, low: 2, high: 3, source: "s")"#), "a.ron").contains("`low` <= `value`")
         );
         assert!(error(&with(r#""goals": (value: 1)"#), "a.ron").contains("source"));
+        let far = error(r#"(name: "a", year: "2025", spread: 1.5, figures: {})"#, "a.ron");
+        assert_eq!(far, "a.ron: expected a `spread` from 0 to 0.9");
         assert!(error(r#"{"name": "a"}"#, "a.json").contains("year"));
         assert!(RealFigures::read(Path::new("nowhere.ron")).unwrap_err().to_string().starts_with("nowhere.ron: "));
     }

@@ -98,6 +98,16 @@ pub fn go_for(
     Decision { walk, target: Some(target), intention: "attack", ..default() }
 }
 
+/// The first and the last velocity of the legs (m/s, m/s, rad/s) until the player strikes in a kick in walking.
+fn walks_until_struck(player: &Player, memory: &PlayerMemory) -> [Vec3; 2] {
+    let fastest = Vec3::X * player.limits.max_linear_mps;
+    match &player.limits.gait {
+        _ if player.body != BodyStatus::Walking => [Vec3::ZERO; 2],
+        Some(gait) => [memory.walks, gait.velocity_after(memory.walks, fastest, gait.step_s)],
+        None => [Vec3::ZERO, fastest],
+    }
+}
+
 /// A step straight on at full speed.
 fn straight_on(player: &Player) -> WalkCommand {
     WalkCommand { dx: player.limits.max_linear_mps * player.period, ..default() }
@@ -177,7 +187,8 @@ fn kick_if_ready(
         rolls_mps: if rolls(ball) { unrotate(player.forward, ball.velocity_mps) } else { Vec2::ZERO },
         place_sd_m: if hurried { 0.0 } else { place_sd_m(ball) },
         forward: player.forward,
-        walks_mps: if player.body == BodyStatus::Walking { player.limits.max_linear_mps } else { 0.0 },
+        walks: walks_until_struck(player, memory),
+        delay_s: player.latency.kick_s,
     };
     pick(at_feet, hurried)
 }
@@ -227,7 +238,9 @@ fn line_up(
     if let Some(walk) = aim.dribbles.then(|| walk_into(player, meeting_place, aim.direction)).flatten() {
         return (walk, position);
     }
-    let (place, last_stretch) = approach(player.position(), player.forward, position, facing);
+    let geometry = plan.and_then(|plan| player.kicks.geometry(plan.kick_type));
+    let can_be_aimed = player.walks_in_steps() && geometry.is_some_and(|kick| kick.aims_within() > 0.0);
+    let (place, last_stretch) = approach(player.position(), player.forward, position, facing, can_be_aimed);
     if last_stretch {
         let place = if plan.is_some() { place } else { meeting_place + aim.direction };
         return (player.walk_to(place, facing, &obstacles), position);

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::aiming::Aim;
+use super::options::time_worth;
 use super::player::Player;
 use super::worth::{Company, dribble_worth, is_first, standing};
 use naoisis_core::geometry::{angle_of, unit, unrotate};
@@ -37,10 +38,11 @@ pub fn dribbles(player: &Player, company: Company, ball: Vec2) -> impl Iterator<
         ANGLES.into_iter().map(move |angle| {
             let place = ball + rolls_m * unit(angle).rotate(towards_goal);
             let aim = Aim { dribbles: true, ..Aim::at(ball, place) };
-            let ready = is_first(player, ready_s(player, ball, aim.direction, speed_mps), theirs_s);
+            let ready_s = ready_s(player, ball, aim.direction, speed_mps);
+            let ready = is_first(player, ready_s, theirs_s);
             let follows_s = 2.0 * rolls_m / (speed_mps + player.limits.max_linear_mps);
             let value = ready * dribble_worth(player, company, [ball, place], follows_s) + (1.0 - ready) * contested;
-            (aim, place, value)
+            (aim, place, value - time_worth(player, ready_s))
         })
     })
 }

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::aiming::Aim;
 use naoisis_core::ball::Rolling;
-use naoisis_core::geometry::unrotate;
+use naoisis_core::geometry::{unit, unrotate};
 use naoisis_core::kick_geometry::KickType;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::kick::{KickRequest, KickSettings};
@@ -36,20 +36,25 @@ pub struct BallAtFeet {
     pub place_sd_m: f32,
     /// The direction that the robot faces, unit vector, team frame.
     pub forward: Vec2,
-    /// The speed at which the robot may walk ahead until it strikes in a kick in walking, m/s.
-    pub walks_mps: f32,
+    /// The first and the last velocity of the legs until the robot strikes in a kick in walking: ahead and to the left, m/s, and
+    /// counter-clockwise, rad/s.
+    pub walks: [Vec3; 2],
+    /// The delay of commands for kicks, s.
+    pub delay_s: f32,
 }
 
 impl BallAtFeet {
-    /// The places of the ball when a kick of this type strikes, m, robot frame: if the robot walks until then, and if it stands. Kicks
-    /// without walking are made where the ball lies.
-    fn when_struck(self, settings: &KickSettings, kick_type: KickType) -> [Vec2; 2] {
+    /// The places of the ball when a kick of this type strikes, m, robot frame, if the robot walks at either velocity until then, and the
+    /// angle by which it turns, radians. Kicks without walking are made where the ball lies.
+    fn when_struck(self, settings: &KickSettings, kick_type: KickType) -> ([Vec2; 2], f32) {
         if !settings.is_in_walk(kick_type) {
-            return [self.in_robot; 2];
+            return ([self.in_robot; 2], 0.0);
         }
-        let wind_up_s = settings.wind_up_of_s(kick_type);
-        let rolled = self.in_robot + self.rolls_mps * wind_up_s;
-        [rolled - Vec2::X * self.walks_mps * wind_up_s, rolled]
+        let until_s = settings.wind_up_of_s(kick_type) + self.delay_s;
+        let rolled = self.in_robot + self.rolls_mps * until_s;
+        let places = self.walks.map(|walks| unrotate(unit(walks.z * until_s), rolled - walks.truncate() * until_s));
+        let [first, last] = self.walks;
+        (places, 0.5 * (first.z + last.z) * until_s)
     }
 
     /// The distance from the edges of a kick's rectangle within which the ball may be missed, m.
@@ -64,16 +69,16 @@ impl BallAtFeet {
     pub fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
         settings.types().filter_map(move |kick_type| {
             let geometry = settings.geometry(kick_type)?;
-            let places = self.when_struck(settings, kick_type);
+            let (places, turned) = self.when_struck(settings, kick_type);
             let rectangle = geometry.rectangle().inflate(-self.margin_m(settings, kick_type));
             if !places.into_iter().all(|place| rectangle.contains(place)) {
                 return None;
             }
-            let [ball, _] = places;
-            let wanted = geometry.wanted_for(unrotate(self.forward, aim));
-            let strike = settings.strike(kick_type, ball, wanted)?;
+            let forward = if turned == 0.0 { self.forward } else { self.forward.rotate(unit(turned)) };
+            let wanted = geometry.wanted_for(unrotate(forward, aim));
+            let strike = settings.strike(kick_type, places[0].midpoint(places[1]), wanted)?;
             let request = KickRequest { direction: wanted, ..KickRequest::new(kick_type, 1.0) };
-            Some((request, self.forward.rotate(strike.direction)))
+            Some((request, forward.rotate(strike.direction)))
         })
     }
 }
@@ -186,6 +191,12 @@ mod tests {
         // In a quarter of a second it rolls 5 cm.
         assert!(!is_kicked(BallAtFeet { rolls_mps: Vec2::new(0.2, 0.0), ..ball }));
         assert!(is_kicked(BallAtFeet { in_robot: Vec2::new(0.27, 0.08), rolls_mps: Vec2::new(-0.2, 0.0), ..ball }));
+        // A robot that walks ahead is there in time, one that walks back is not, and one that turns by 0.6 rad/s has the ball aside.
+        let ahead = BallAtFeet { in_robot: Vec2::new(0.27, 0.0), ..ball };
+        assert!(!is_kicked(ahead) && is_kicked(BallAtFeet { walks: [Vec3::X * 0.15, Vec3::X * 0.2], ..ahead }));
+        assert!(!is_kicked(BallAtFeet { walks: [Vec3::X * -0.15, Vec3::X * -0.1], ..ball, in_robot: Vec2::new(0.22, 0.0) }));
+        assert!(!is_kicked(BallAtFeet { walks: [Vec3::Z * -0.6; 2], ..ball }));
+        assert!(is_kicked(BallAtFeet { walks: [Vec3::Z * 0.6; 2], ..ball }));
     }
 
     #[test]

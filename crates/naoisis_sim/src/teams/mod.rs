@@ -233,6 +233,8 @@ fn play<Role: Component>(
             let decides = player.status.state == GameState::Playing && !player.status.penalised;
             **reasons = if decides { explain(&player, before, &decision) } else { Reasons::default() };
         }
+        memory.walks =
+            walking::reckoned_velocity(memory.walks, &decision.walk, player.body, player.limits, player.period);
         *robot.walk = decision.walk;
         *robot.head = decision.head.unwrap_or_else(|| gaze_walking::watch(&player, memory, &decision.walk));
         robot.kick.0 = decision.kick;

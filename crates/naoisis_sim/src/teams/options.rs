@@ -25,6 +25,8 @@ const LINE_MARGIN_M: f32 = 0.4;
 const PREFERENCE: f32 = 0.04;
 /// Options whose directions differ by less than this angle are the same: its cosine.
 const SAME_DIRECTION: f32 = 0.97;
+/// The value of a second, in goals: a team that takes longer for each kick makes fewer of them.
+const GOALS_PER_S: f32 = 0.005;
 
 /// A kick that could be prepared, or a direction to dribble in.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -78,6 +80,7 @@ pub fn options(
         let ready_s = preparation_s(player, ball, aim.direction, rolls_m, aims_within);
         let ready = if is_ours { 1.0 } else { is_first(player, ready_s, theirs_s) };
         let value = ready * worth + (1.0 - ready) * contested + if is_previous { PREFERENCE } else { 0.0 };
+        let value = value - if is_ours { 0.0 } else { time_worth(player, ready_s) };
         KickOption { aim, place, receiver, value }
     };
     let towards_goal = (player.opponent_goal() - ball).normalize_or(Vec2::X);
@@ -107,6 +110,11 @@ pub fn options(
 pub fn best(options: &[KickOption]) -> Option<&KickOption> {
     let (first, others) = options.split_first()?;
     Some(others.iter().fold(first, |best, next| if next.value > best.value { next } else { best }))
+}
+
+/// The value of the time until a kick, in goals. Robots that walk without steps are soon at any place.
+pub(super) fn time_worth(player: &Player, ready_s: f32) -> f32 {
+    if player.walks_in_steps() { GOALS_PER_S * ready_s } else { 0.0 }
 }
 
 /// The shots at places along the goal line that a kick reaches.

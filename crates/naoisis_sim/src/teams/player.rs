@@ -144,6 +144,10 @@ pub struct PlayerMemory {
     /// The team-mates that said that they go for the ball: where they were, m, team frame, and when they said so, s.
     #[serde(default)]
     pub attackers: Vec<(RobotId, Vec2, f32)>,
+    /// The velocity of its legs as it reckons from its commands: ahead and to the left, m/s, and counter-clockwise, rad/s. Zero for a
+    /// robot without a gait.
+    #[serde(default)]
+    pub walks: Vec3,
     /// When it last looked in each direction.
     #[serde(default)]
     pub looked_around: GazeHistory,

@@ -6,6 +6,7 @@ use core::f32::consts::{FRAC_PI_2, PI};
 use naoisis_core::geometry::{angle_of, unrotate};
 use naoisis_core::robot::gait::Gait;
 use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_sensing::sensing::status::BodyStatus;
 
 /// A robot whose speed to the side is less than this share of that ahead walks only ahead and back.
 const LEAST_SIDEWAYS_SHARE: f32 = 0.15;
@@ -124,14 +125,41 @@ pub fn least_walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &Mot
     SURELY * (way.length() / limits.max_linear_mps + forward.distance(facing) / limits.max_angular)
 }
 
+/// Returns the velocity of the legs (m/s, m/s, rad/s) after a cycle of `period` seconds with `command`, from the one before it, as a robot
+/// reckons it from its gait. Zero for a robot without a gait, and for one that does not walk.
+pub fn reckoned_velocity(
+    before: Vec3,
+    command: &WalkCommand,
+    body: BodyStatus,
+    limits: &MotionLimits,
+    period: f32,
+) -> Vec3 {
+    let before = match body {
+        // Kicks in walking do not stop the robot.
+        BodyStatus::Walking | BodyStatus::Kicking | BodyStatus::Recovering => before,
+        BodyStatus::Standing => Vec3::ZERO,
+        _ => return Vec3::ZERO,
+    };
+    let Some(gait) = &limits.gait else { return Vec3::ZERO };
+    let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
+    gait.velocity_after(before, wanted, period)
+}
+
 /// Returns the next place on the way to a kick from `position`, facing `facing`: around the ball without touching it, then straight ahead.
+/// A kick that can be aimed does not need the place and the facing as exactly.
 ///
 /// Also returns whether the last stretch has begun, on which the ball is no obstacle.
-pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2, bool) {
+pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2, can_be_aimed: bool) -> (Vec2, bool) {
+    /// How fast the corridor behind the place widens, and the least cosine of the angle to `facing`.
+    const EXACT: (f32, f32) = (0.3, 0.96);
+    /// The same for a kick that can be aimed.
+    const AIMED: (f32, f32) = (0.6, 0.9);
+
+    let (slope, least_cosine) = if can_be_aimed { AIMED } else { EXACT };
     let offset = unrotate(facing, own - position);
     let behind = -offset.x;
-    let in_corridor = behind > -0.02 && offset.y.abs() < 0.02 + 0.3 * behind.clamp(0.0, 0.3);
-    let aligned = facing.dot(forward) > 0.96;
+    let in_corridor = behind > -0.02 && offset.y.abs() < 0.02 + slope * behind.clamp(0.0, 0.3);
+    let aligned = facing.dot(forward) > least_cosine;
     if in_corridor && aligned && behind < 0.3 { (position, true) } else { (position - facing * 0.09, false) }
 }
 
@@ -226,11 +254,14 @@ mod tests {
     #[test]
     fn the_last_stretch_begins_behind_the_ball_and_facing_it() {
         let place = Vec2::new(1.0, 0.0);
-        let begins = |own: Vec2, forward: Vec2| approach(own, forward, place, Vec2::X).1;
+        let begins = |own: Vec2, forward: Vec2| approach(own, forward, place, Vec2::X, false).1;
+        let begins_aimed = |own: Vec2, forward: Vec2| approach(own, forward, place, Vec2::X, true).1;
         assert!(begins(Vec2::new(0.85, 0.0), Vec2::X));
         assert!(begins(Vec2::new(0.85, 0.05), Vec2::X));
         assert!(!begins(Vec2::new(0.85, 0.15), Vec2::X), "too far aside");
         assert!(!begins(Vec2::new(0.85, 0.0), Vec2::Y), "not facing the ball");
+        assert!(!begins(Vec2::new(0.85, 0.1), unit(0.4)) && begins_aimed(Vec2::new(0.85, 0.1), unit(0.4)));
+        assert!(!begins_aimed(Vec2::new(0.85, 0.15), Vec2::X) && !begins_aimed(Vec2::new(0.85, 0.0), unit(0.5)));
         assert!(!begins(Vec2::new(1.1, 0.0), Vec2::X), "too near the ball");
         assert!(!begins(Vec2::new(0.5, 0.0), Vec2::X), "too far away");
     }
