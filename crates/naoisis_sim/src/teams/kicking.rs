@@ -194,7 +194,8 @@ mod tests {
         // A robot that walks ahead is there in time, one that walks back is not, and one that turns by 0.6 rad/s has the ball aside.
         let ahead = BallAtFeet { in_robot: Vec2::new(0.27, 0.0), ..ball };
         assert!(!is_kicked(ahead) && is_kicked(BallAtFeet { walks: [Vec3::X * 0.15, Vec3::X * 0.2], ..ahead }));
-        assert!(!is_kicked(BallAtFeet { walks: [Vec3::X * -0.15, Vec3::X * -0.1], ..ball, in_robot: Vec2::new(0.22, 0.0) }));
+        let far = BallAtFeet { in_robot: Vec2::new(0.22, 0.0), ..ball };
+        assert!(is_kicked(far) && !is_kicked(BallAtFeet { walks: [Vec3::X * -0.15, Vec3::X * -0.1], ..far }));
         assert!(!is_kicked(BallAtFeet { walks: [Vec3::Z * -0.6; 2], ..ball }));
         assert!(is_kicked(BallAtFeet { walks: [Vec3::Z * 0.6; 2], ..ball }));
     }
