@@ -3,9 +3,8 @@
 use bevy::prelude::*;
 
 use super::aiming::Aim;
-use super::options::time_worth;
 use super::player::Player;
-use super::worth::{Company, dribble_worth, is_first, standing};
+use super::worth::{Company, dribble_worth, is_first, standing, time_worth};
 use naoisis_core::geometry::{angle_of, unit, unrotate};
 use naoisis_core::robot::motion::WalkCommand;
 

@@ -7,7 +7,7 @@ use super::aiming::Aim;
 use super::dribbling::dribbles;
 use super::kick_plan::stand_for;
 use super::player::Player;
-use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, wind_up_s};
+use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, time_worth, wind_up_s};
 use naoisis_core::behaviour::reasons::Choice;
 use naoisis_core::geometry::{angle_of, unit, unrotate};
 
@@ -25,8 +25,6 @@ const LINE_MARGIN_M: f32 = 0.4;
 const PREFERENCE: f32 = 0.04;
 /// Options whose directions differ by less than this angle are the same: its cosine.
 const SAME_DIRECTION: f32 = 0.97;
-/// The value of a second, in goals: a team that takes longer for each kick makes fewer of them.
-const GOALS_PER_S: f32 = 0.005;
 
 /// A kick that could be prepared, or a direction to dribble in.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -110,11 +108,6 @@ pub fn options(
 pub fn best(options: &[KickOption]) -> Option<&KickOption> {
     let (first, others) = options.split_first()?;
     Some(others.iter().fold(first, |best, next| if next.value > best.value { next } else { best }))
-}
-
-/// The value of the time until a kick, in goals. Robots that walk without steps are soon at any place.
-pub(super) fn time_worth(player: &Player, ready_s: f32) -> f32 {
-    if player.walks_in_steps() { GOALS_PER_S * ready_s } else { 0.0 }
 }
 
 /// The shots at places along the goal line that a kick reaches.

@@ -50,6 +50,8 @@ const AT_PLACE_M: f32 = 0.2;
 const COMING_SHARE: f32 = 0.8;
 /// The probability that the team that shot gets the ball after a miss.
 const OURS_AFTER_A_MISS: f32 = 0.2;
+/// The value of a second, in goals: a team that takes longer for each kick makes fewer of them.
+const GOALS_PER_S: f32 = 0.005;
 
 /// The other players that a kick depends on.
 #[derive(Clone, Copy, Debug)]
@@ -155,6 +157,11 @@ pub(super) fn shot_worth(player: &Player, company: Company, ball: Vec2, directio
     scores
         + (course.arrives - scores) * standing(player, end - BEFORE_GOAL, OURS_AFTER_A_MISS)
         + (1.0 - course.arrives) * standing(player, course.stopped_at, 0.0)
+}
+
+/// The value of the time until a kick, in goals. Robots that walk without steps are soon at any place.
+pub(super) fn time_worth(player: &Player, ready_s: f32) -> f32 {
+    if player.walks_in_steps() { GOALS_PER_S * ready_s } else { 0.0 }
 }
 
 /// Returns the value of a pass from `ball` to a player that waits at `place`.
