@@ -14,9 +14,10 @@ odometer = booster.B1OdometerStateSubscriber(lambda message: last.append(message
 odometer.InitChannelWithName(name)
 if not robot.WaitForService(20000):
     sys.exit(f"{name} is not found")
-robot.ChangeMode(booster.RobotMode.kWalking)
+# The robot is found by one topic after the other: a call before that may have no answer.
 while not last:
     time.sleep(0.05)
+robot.ChangeMode(booster.RobotMode.kWalking)
 robot.Move(forward_mps, 0.0, 0.0)
 time.sleep(3.0)
 robot.Move(0.0, 0.0, 0.0)

@@ -159,9 +159,11 @@ pub(super) fn shot_worth(player: &Player, company: Company, ball: Vec2, directio
         + (1.0 - course.arrives) * standing(player, course.stopped_at, 0.0)
 }
 
-/// The value of the time until a kick, in goals. Robots that walk without steps are soon at any place.
+/// The value of the time until a kick, in goals. Robots that walk without steps are soon at any place, and those without kicks can only
+/// dribble.
 pub(super) fn time_worth(player: &Player, ready_s: f32) -> f32 {
-    if player.walks_in_steps() { GOALS_PER_S * ready_s } else { 0.0 }
+    let counts = player.walks_in_steps() && player.kicks.types().next().is_some();
+    if counts { GOALS_PER_S * ready_s } else { 0.0 }
 }
 
 /// Returns the value of a pass from `ball` to a player that waits at `place`.
