@@ -228,12 +228,14 @@ pub(super) fn halfway_pose(landmarks: &Landmarks, ball: Option<Vec2>) -> Pose {
     Pose::new(0.0, side * landmarks.half_width, -side * core::f32::consts::FRAC_PI_2)
 }
 
-/// The pose of a robot that was removed at `y` and waits beyond the side line.
-pub(super) fn waiting_pose(landmarks: &Landmarks, y: f32) -> Pose {
-    let side = if y < 0.0 { -1.0 } else { 1.0 };
+/// The poses of a robot that was removed at about `y` and waits beyond a side line, level with its own penalty mark, facing the pitch (2025
+/// rule book): beyond the nearer side line, and beyond the other.
+pub(super) fn waiting_poses(landmarks: &Landmarks, y: f32) -> [Pose; 2] {
+    let nearer = if y < 0.0 { -1.0 } else { 1.0 };
     let x = -landmarks.crosses[1].x.abs();
     let beyond = WAITING_DISTANCE_M.min(landmarks.carpet_half_extents.y - landmarks.half_width);
-    Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2)
+    [nearer, -nearer]
+        .map(|side| Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2))
 }
 
 /// The sighting of a goal post.

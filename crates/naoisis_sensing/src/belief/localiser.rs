@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::camera_error::CameraError;
 use super::kalman_localiser::{KalmanLocaliser, PLACED_SD, RETURNED_SD};
-use super::landmarks::{Landmarks, PitchObservation, halfway_pose, waiting_pose};
+use super::landmarks::{Landmarks, PitchObservation, halfway_pose, waiting_poses};
 use super::localisation_method::LocalisationMethod;
-use super::particle_filter::ParticleFilter;
+use super::particle_filter::{EQUALLY_LIKELY, LIKELIER, ParticleFilter};
 use super::pose_estimate::{PoseEstimate, StepError};
 use crate::belief::localisation_method::KalmanFilter;
 use naoisis_core::geometry::Pose;
@@ -30,8 +30,9 @@ const FARTHEST_M: f32 = 1e6;
 pub enum Localiser {
     /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`].
     Kalman(KalmanLocaliser),
-    /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`] while the robot is lost.
-    Searching(ParticleFilter, KalmanFilter),
+    /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`] while the robot does not know its pose: the search, and the
+    /// Kalman filter that continues from the pose that is found.
+    Searching(ParticleFilter, KalmanLocaliser),
     /// [`LocalisationMethod::Particles`].
     Particles(ParticleFilter),
 }
@@ -59,7 +60,7 @@ impl Localiser {
     pub fn keep_finite(&mut self, robot: RobotId, last: Pose) {
         let (is_finite, kind) = match self {
             Localiser::Kalman(own) => (own.estimate.is_finite(), own.filter.into()),
-            Localiser::Searching(filter, kalman) => (filter.is_finite(), (*kalman).into()),
+            Localiser::Searching(filter, kalman) => (filter.is_finite(), kalman.filter.into()),
             Localiser::Particles(filter) => (filter.is_finite(), LocalisationMethod::Particles),
         };
         let is_near = |pose: Pose| pose.is_finite() && pose.position.abs().max_element() < FARTHEST_M;
@@ -72,7 +73,9 @@ impl Localiser {
     pub fn place(&mut self, pose: Pose) {
         match self {
             Localiser::Kalman(own) => *own = KalmanLocaliser::placed(own.filter, pose).keeping_cameras_of(own),
-            Localiser::Searching(_, filter) => *self = Localiser::Kalman(KalmanLocaliser::placed(*filter, pose)),
+            Localiser::Searching(_, kalman) => {
+                *self = Localiser::Kalman(KalmanLocaliser::placed(kalman.filter, pose).keeping_cameras_of(kalman))
+            }
             Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
         }
     }
@@ -84,29 +87,26 @@ impl Localiser {
             Localiser::Kalman(own) => {
                 *own = KalmanLocaliser::returned(own.filter, landmarks, ball).keeping_cameras_of(own);
             }
-            Localiser::Searching(_, filter) => {
-                *self = Localiser::Kalman(KalmanLocaliser::returned(*filter, landmarks, ball));
+            Localiser::Searching(_, kalman) => {
+                let returned = KalmanLocaliser::returned(kalman.filter, landmarks, ball).keeping_cameras_of(kalman);
+                *self = Localiser::Kalman(returned);
             }
             Localiser::Particles(filter) => {
                 let pose = halfway_pose(landmarks, ball);
-                filter.gather_around_either([pose, pose.turned_half()], RETURNED_SD[0], RETURNED_SD[1]);
+                filter.gather_around_either([pose, pose.turned_half()], EQUALLY_LIKELY, RETURNED_SD);
             }
         }
     }
 
-    /// Sets the pose for the return from a penalty at the waiting position beyond the nearer side line.
-    pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
-        let y = self.estimate().pose.position.y;
+    /// Begins a search for the return from a penalty at the waiting position beyond a side line: the one that was nearer when the robot was
+    /// removed, as far as the robot knew its position.
+    pub fn come_back_where_it_waited(&mut self, robot: RobotId, landmarks: &Landmarks) {
+        let poses = waiting_poses(landmarks, self.estimate().pose.position.y);
         match self {
-            Localiser::Kalman(own) => {
-                *own = KalmanLocaliser::waiting(own.filter, landmarks, y).keeping_cameras_of(own);
+            Localiser::Kalman(own) | Localiser::Searching(_, own) => {
+                *self = Localiser::Searching(ParticleFilter::returned(robot, poses, landmarks), *own);
             }
-            Localiser::Searching(_, filter) => {
-                *self = Localiser::Kalman(KalmanLocaliser::waiting(*filter, landmarks, y));
-            }
-            Localiser::Particles(filter) => {
-                filter.gather_around(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
-            }
+            Localiser::Particles(filter) => filter.gather_around_either(poses, LIKELIER, RETURNED_SD),
         }
     }
 
@@ -141,14 +141,15 @@ impl Localiser {
         match self {
             Localiser::Kalman(own) => {
                 if own.correct(observation) {
-                    let search = ParticleFilter::search(robot, own.estimate.pose, observation.landmarks);
-                    *self = Localiser::Searching(search, own.filter);
+                    let pose = own.estimate.pose;
+                    let search = ParticleFilter::search(robot, pose, observation.landmarks);
+                    *self = Localiser::Searching(search, KalmanLocaliser::placed(own.filter, pose));
                 }
             }
             Localiser::Searching(filter, kalman) => {
                 filter.correct(observation);
                 if filter.is_sure() {
-                    *self = Localiser::Kalman(KalmanLocaliser::found(*kalman, *filter.estimate()));
+                    *self = Localiser::Kalman(kalman.found_at(*filter.estimate()));
                 }
             }
             Localiser::Particles(filter) => filter.correct(observation),

@@ -9,6 +9,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::kalman_localiser::RETURNED_SD;
 use super::landmarks::{Landmarks, PitchObservation};
 use super::particle_set::{Particle, likeliest_hypothesis, normalise, resample, spread};
 use super::particle_sightings::{Sightings, pose_from_posts};
@@ -31,6 +32,11 @@ const MOST_NEW: f32 = 0.3;
 const LOST_SD: [f32; 2] = [0.5, 0.4];
 /// The likelihood per sighting for a robot with a known pose.
 const LIKELY: f32 = 0.4;
+/// Number of particles near the first of two poses, of which the first is likelier: the robot may have been removed near the middle of the
+/// pitch, or it may not have known its position.
+pub(super) const LIKELIER: usize = COUNT * 2 / 3;
+/// Number of particles near the first of two poses that are equally likely.
+pub(super) const EQUALLY_LIKELY: usize = COUNT / 2;
 /// The number of updates after which a lost robot may have found its pose.
 const SURE_UPDATES: u32 = 8;
 /// The likelihood per sighting above which a lost robot has found its pose.
@@ -51,9 +57,9 @@ pub(crate) struct ParticleFilter {
     age_s: f32,
     /// Number of updates since the particles were gathered.
     looks: u32,
-    /// The pose by odometry alone, on a symmetric pitch. Of two poses that sightings cannot distinguish, the one nearer to this pose is
-    /// chosen.
-    reckoned: Option<Pose>,
+    /// The possible poses by odometry alone, on a symmetric pitch. Of two poses that sightings cannot distinguish, the one nearer to one of
+    /// these poses is chosen.
+    reckoned: Vec<Pose>,
 }
 
 impl ParticleFilter {
@@ -66,7 +72,7 @@ impl ParticleFilter {
             estimate: PoseEstimate::new(pose, place_sd, heading_sd),
             age_s: 0.0,
             looks: 0,
-            reckoned: None,
+            reckoned: Vec::new(),
         };
         filter.gather_around(pose, place_sd, heading_sd);
         filter
@@ -93,9 +99,21 @@ impl ParticleFilter {
             let place = Vec2::new(throw(landmarks.carpet().x), throw(landmarks.carpet().y));
             particle.pose = Pose { position: place, heading: throw(core::f32::consts::PI) };
         }
-        filter.reckoned = landmarks.are_symmetric().then_some(pose);
+        if landmarks.are_symmetric() {
+            filter.reckoned.push(pose);
+        }
         // The likelihood before the robot was lost.
         filter.likelihood = [LIKELY; 2];
+        filter
+    }
+
+    /// A filter for a robot that returns from a penalty at one of two poses, of which the first is likelier.
+    pub(crate) fn returned(robot: RobotId, poses: [Pose; 2], landmarks: &Landmarks) -> Self {
+        let mut filter = Self::around(robot, poses[0], RETURNED_SD[0], RETURNED_SD[1]);
+        filter.gather_around_either(poses, LIKELIER, RETURNED_SD);
+        if landmarks.are_symmetric() {
+            filter.reckoned.extend(poses);
+        }
         filter
     }
 
@@ -111,14 +129,21 @@ impl ParticleFilter {
         for particle in &mut self.particles {
             particle.pose = particle.pose.turned_half();
         }
-        self.reckoned = self.reckoned.map(Pose::turned_half);
+        for pose in &mut self.reckoned {
+            *pose = pose.turned_half();
+        }
         self.estimate = self.estimate.turned_half();
     }
 
-    /// Moves half of the particles near each of two poses.
-    pub(crate) fn gather_around_either(&mut self, poses: [Pose; 2], place_sd: f32, heading_sd: f32) {
+    /// Moves all particles near one of two poses, `near_first` of them near the first one.
+    pub(crate) fn gather_around_either(
+        &mut self,
+        poses: [Pose; 2],
+        near_first: usize,
+        [place_sd, heading_sd]: [f32; 2],
+    ) {
         self.gather_around(poses[0], place_sd, heading_sd);
-        for particle in self.particles.iter_mut().skip(COUNT / 2) {
+        for particle in self.particles.iter_mut().skip(near_first) {
             particle.pose = spread(poses[1], place_sd, heading_sd, &mut self.stream);
         }
     }
@@ -145,7 +170,9 @@ impl ParticleFilter {
         if step == Pose::default() {
             return;
         }
-        self.reckoned = self.reckoned.map(|pose| pose.compose(step));
+        for pose in &mut self.reckoned {
+            *pose = pose.compose(step);
+        }
         let length = step.position.length();
         let place_sd = (error.place_per_metre * length).sqrt();
         let heading_variance = error.heading_per_metre * length + error.heading_per_radian * step.heading.abs();
@@ -164,9 +191,9 @@ impl ParticleFilter {
             return;
         }
         let Some(sightings) = Sightings::of(observation) else { return };
-        if let Some(reckoned) = self.reckoned {
+        if !self.reckoned.is_empty() {
             for particle in &mut self.particles {
-                particle.pose = nearer_half(particle.pose, reckoned);
+                particle.pose = nearer_half(particle.pose, &self.reckoned);
             }
         }
         let mut sum = 0.0;
@@ -209,13 +236,16 @@ impl ParticleFilter {
     }
 }
 
-/// Returns `pose`, or `pose` rotated by half a turn about the centre mark, whichever is nearer to `to`.
-fn nearer_half(pose: Pose, to: Pose) -> Pose {
+/// Returns `pose`, or `pose` rotated by half a turn about the centre mark, the one that is nearer to a pose of `reckoned`.
+fn nearer_half(pose: Pose, reckoned: &[Pose]) -> Pose {
     /// The distance that is equivalent to a radian, m.
     const METRES_PER_RADIAN: f32 = 2.0;
     let off = |pose: Pose| {
-        let turn = METRES_PER_RADIAN * wrap_angle(pose.heading - to.heading);
-        pose.position.distance_squared(to.position) + turn * turn
+        let from = |to: &Pose| {
+            let turn = METRES_PER_RADIAN * wrap_angle(pose.heading - to.heading);
+            pose.position.distance_squared(to.position) + turn * turn
+        };
+        reckoned.iter().map(from).fold(f32::INFINITY, f32::min)
     };
     let turned = pose.turned_half();
     if off(turned) < off(pose) { turned } else { pose }
@@ -224,7 +254,9 @@ fn nearer_half(pose: Pose, to: Pose) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::belief::landmarks::LandmarkModel;
+    use crate::belief::landmarks::{LandmarkModel, waiting_poses};
+    use crate::belief::localisation_method::LocalisationMethod;
+    use crate::belief::localiser::Localiser;
     use crate::sensing::vision::Percepts;
     use approx::assert_abs_diff_eq;
     use naoisis_core::camera_model::CameraName;
@@ -242,6 +274,24 @@ mod tests {
             GoalPostPercept::new(CameraName::TOP, GoalColour::Yellow, IMAGE / 2.0, position_m)
         };
         Percepts { goal_posts: vec![post(0.7), post(-0.7)], ..default() }
+    }
+
+    /// A pitch whose ends look the same.
+    fn spl2025() -> Pitch {
+        ron::Options::default()
+            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
+            .from_str(include_str!("../../../../assets/fields/spl2025.ron"))
+            .unwrap()
+    }
+
+    /// The own goal, as seen from a pose.
+    fn own_goal_from(pose: Pose, pitch: &Pitch) -> Percepts {
+        let (x, y) = (-pitch.goal_post_x(), pitch.goal.width_m / 2.0);
+        let post = |place: Vec2| {
+            let (colour, position_m) = (pitch.goal_colour(End::NegativeX), pose.inverse_transform_point(place));
+            GoalPostPercept::new(CameraName::TOP, colour, Vec2::splat(100.0), position_m)
+        };
+        Percepts { goal_posts: vec![post(Vec2::new(x, y)), post(Vec2::new(x, -y))], ..default() }
     }
 
     fn observe(filter: &mut ParticleFilter, percepts: &Percepts, cycles: usize) {
@@ -273,10 +323,7 @@ mod tests {
 
     #[test]
     fn where_both_ends_look_the_same_a_lost_robot_is_at_the_one_where_it_was() {
-        let pitch = ron::Options::default()
-            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
-            .from_str(include_str!("../../../../assets/fields/spl2025.ron"))
-            .unwrap();
+        let pitch = spl2025();
         let landmarks = Landmarks::of(&pitch);
         let was = Pose::new(-2.5, 1.0, 2.9);
         let model = LandmarkModel::default();
@@ -284,12 +331,7 @@ mod tests {
             let truth = Pose::new(-2.9, 0.6, 2.6);
             let robot = RobotId::new(Team::Blue, number);
             let mut filter = ParticleFilter::search(robot, was, &landmarks);
-            let (x, y) = (-pitch.goal_post_x(), pitch.goal.width_m / 2.0);
-            let post = |place: Vec2| {
-                let (colour, position_m) = (pitch.goal_colour(End::NegativeX), truth.inverse_transform_point(place));
-                GoalPostPercept::new(CameraName::TOP, colour, Vec2::splat(100.0), position_m)
-            };
-            let percepts = Percepts { goal_posts: vec![post(Vec2::new(x, y)), post(Vec2::new(x, -y))], ..default() };
+            let percepts = own_goal_from(truth, &pitch);
             for turn in 0..90 {
                 filter.correct(&PitchObservation {
                     percepts: &percepts,
@@ -303,6 +345,39 @@ mod tests {
             }
             let pose = filter.estimate().pose;
             assert!(pose.position.distance(truth.position) < 0.4, "{number} {pose:?}");
+        }
+    }
+
+    #[test]
+    fn a_robot_that_returns_at_either_side_sees_which_one_it_is() {
+        let pitch = spl2025();
+        let landmarks = Landmarks::of(&pitch);
+        let model = LandmarkModel::default();
+        for number in 1..=8 {
+            for (believed_y, side) in [(0.3, 0), (0.3, 1), (-2.5, 0), (-2.5, 1)] {
+                let truth = waiting_poses(&landmarks, believed_y)[side].compose(Pose::new(0.2, -0.3, 0.1));
+                let robot = RobotId::new(Team::Blue, number);
+                let mut own = Localiser::placed(LocalisationMethod::Unscented, robot, Pose::new(-1.0, believed_y, 0.0));
+                own.come_back_where_it_waited(robot, &landmarks);
+                let percepts = own_goal_from(truth, &pitch);
+                for turn in 0..120 {
+                    own.correct(
+                        robot,
+                        &PitchObservation {
+                            percepts: &percepts,
+                            landmarks: &landmarks,
+                            own_end: End::NegativeX,
+                            image: Vec2::new(320.0, 240.0),
+                            turn,
+                            model: &model,
+                            camera: None,
+                        },
+                    );
+                }
+                let pose = own.estimate().pose;
+                let is_found = matches!(own, Localiser::Kalman(_)) && pose.position.distance(truth.position) < 0.2;
+                assert!(is_found, "robot {number} at side {side} of {believed_y}: {pose:?}");
+            }
         }
     }
 

@@ -24,7 +24,7 @@ use crate::sensing::vision::{GazeDecay, GazeNoise, Percepts, VisionSettings};
 use naoisis_core::behaviour::{DecideSystems, barrier, behaviour};
 use naoisis_core::communication::{Inbox, ReceivedMessage};
 use naoisis_core::cycle::{Cycle, CycleClock};
-use naoisis_core::game::{GameState, ReturnPlace, Rules};
+use naoisis_core::game::{GameState, PenaltyReason, ReturnPlace, Rules};
 use naoisis_core::geometry::{Pose, unit};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::{End, Pitch};
@@ -71,8 +71,8 @@ struct SimpleBeliefMemory {
     restarts: u32,
     /// The number of times that the robot had been placed by hand.
     hand_placements: u32,
-    /// Whether the robot was penalised.
-    penalised: bool,
+    /// Whether the robot is off the pitch for a penalty.
+    removed: bool,
     /// The ball, robot frame, if its position is known.
     ball: Option<BallEstimate>,
     /// Other robots, robot frame.
@@ -150,7 +150,7 @@ fn estimate(
         let by_hand = || formation(&pitch, rules.team_size, number, End::NegativeX, false);
         let shot = status.shoot_out.map(|team| places_for_shot(&pitch, rules.shoot_out_procedure, team == id.team));
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
-        memory.begin_cycle(start, odometry.0, status, landmarks, (rules.return_place, shot), placed, by_hand);
+        memory.begin_cycle(id, start, odometry.0, status, landmarks, (rules.return_place, shot), placed, by_hand);
         let ground = robot.steps.0.gait.map_or(1.0, |gait| gait.slip.scale);
         let is_walking = odometry.0 != memory.odometry;
         memory.pass_time(odometry.0, ground, settings, period);
@@ -197,6 +197,7 @@ impl SimpleBeliefMemory {
     /// Handles placement for a kick-off or by hand, penalties, and returns from penalties.
     fn begin_cycle(
         &mut self,
+        id: RobotId,
         start: impl FnOnce() -> Localiser,
         odometry: Pose,
         status: &GameStatus,
@@ -228,17 +229,17 @@ impl SimpleBeliefMemory {
                 None => self.place_for_kick_off(by_hand()),
             }
         }
-        let comes_back = self.penalised && !status.penalised;
+        let comes_back = self.removed && !status.penalised;
         if comes_back && !is_placed && shot.is_none() && status.state != GameState::Finished {
             let ball = self.heard.iter().find_map(|heard| heard.ball);
             match return_place {
                 ReturnPlace::HalfwayLine => self.own.come_back_at_halfway_line(landmarks, ball),
-                ReturnPlace::PenaltyMark => self.own.come_back_where_it_waited(landmarks),
+                ReturnPlace::PenaltyMark => self.own.come_back_where_it_waited(id, landmarks),
             }
             self.tracks.clear();
             self.ball = None;
         }
-        self.penalised = status.penalised;
+        self.removed = status.penalised && (self.removed || !status.penalty.is_some_and(PenaltyReason::is_in_place));
     }
 
     fn place_for_kick_off(&mut self, pose: Pose) {

@@ -1,6 +1,7 @@
 //! An inertial measurement unit: how fast the robot turns and accelerates, how far it leans, and whether it stands on its feet.
 //!
-//! Robots have it where `sensors` of a scenario, a league or a robot of a scenario name it: `"sensors": { "imu": {} }`, or `--set sensors.imu={}`.
+//! Robots that programs play have it in realistic matches, and others where `sensors` of a scenario, a league or a robot of a scenario name
+//! it: `"sensors": { "imu": {} }`, or `--set sensors.imu={}`.
 //!
 //! **What it measures.** The angular velocity of the torso, its acceleration including gravity (a robot that stands measures 9.81 m/s²
 //! upwards), and roll and pitch. The torso rocks in walking as the [gaze](super::vision) does, so a robot can compensate the error of its

@@ -9,9 +9,6 @@ use crate::belief::pose_estimate::{PoseEstimate, pose_from_two};
 use crate::belief::sighting::Sighting;
 use crate::sensing::vision::GoalPostPercept;
 
-/// The greatest distance of a goal from which a lost robot with camera errors determines its pose, m: there, 3 pixels at a post's foot are
-/// 0.2 m of distance.
-const GOAL_RANGE_M: f32 = 3.0;
 /// The evidence with which a robot decides which end of the pitch it is at: difference of squared Mahalanobis distances.
 const SIDE_DECISION: f32 = 25.0;
 
@@ -36,7 +33,8 @@ impl KalmanLocaliser {
         let places = [goal.left_post, goal.right_post];
         if distance > 2.0 * model.gate {
             self.contradictions = self.contradictions.saturating_add(1);
-            if self.contradictions > model.contradictions {
+            // With the errors of real cameras, two posts are not enough for a pose: the robot searches.
+            if self.contradictions > model.contradictions && observation.camera.is_none() {
                 self.start_from_goal(places, sightings.map(|sighting| sighting.place), observation);
             }
             return;
@@ -47,26 +45,12 @@ impl KalmanLocaliser {
         }
     }
 
-    /// Resets the pose of a lost robot that sees a goal.
+    /// Resets the pose of a lost robot that sees a goal with cameras without lasting errors.
     fn start_from_goal(&mut self, posts: [Vec2; 2], seen: [Vec2; 2], observation: &PitchObservation) {
-        // From far away, the distances of the posts and thus the direction of the goal are too uncertain: the robot searches instead.
-        let is_far = seen.iter().any(|place| place.length_squared() > GOAL_RANGE_M * GOAL_RANGE_M);
-        if observation.camera.is_some() && is_far {
-            return;
-        }
-        let mut place_sd = LOST_SD[0];
-        let seen = seen.map(|place| match self.camera.zip(observation.camera) {
-            Some((camera, motion)) => {
-                let covariance = camera.total().covariance_at(place, &motion);
-                place_sd = place_sd.max((covariance.x_axis.x + covariance.y_axis.y).sqrt());
-                camera.corrected_place(place, &motion)
-            }
-            None => place,
-        });
         let pose = pose_from_two(posts, seen);
         if observation.landmarks.is_on_carpet(pose.position) {
             self.contradictions = 0;
-            self.start_at(PoseEstimate::new(pose, place_sd, LOST_SD[1]));
+            self.start_at(PoseEstimate::new(pose, LOST_SD[0], LOST_SD[1]));
         }
     }
 

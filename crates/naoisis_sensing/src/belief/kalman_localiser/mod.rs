@@ -8,7 +8,6 @@ use super::camera_error::CameraError;
 use super::innovation::Innovation;
 use super::landmarks::{
     LandmarkModel, Landmarks, PitchObservation, halfway_pose, seen_goal, sighting_of_mark, sighting_of_post,
-    waiting_pose,
 };
 use super::line_sighting::SeenLine;
 use super::localisation_method::KalmanFilter;
@@ -55,9 +54,10 @@ impl KalmanLocaliser {
         Self { filter, estimate: PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]), ..default() }
     }
 
-    /// A localiser for a robot that has found its pose.
-    pub fn found(filter: KalmanFilter, estimate: PoseEstimate) -> Self {
-        Self { filter, estimate, ..default() }
+    /// The localiser for a robot that searched for its pose and found it. The estimated error of the cameras is kept.
+    #[must_use]
+    pub fn found_at(&self, estimate: PoseEstimate) -> Self {
+        Self { filter: self.filter, estimate, ..default() }.keeping_cameras_of(self)
     }
 
     /// A localiser for a robot that returns from a penalty at an end of the halfway line: the end away from the `ball` (m, team frame) if
@@ -65,13 +65,6 @@ impl KalmanLocaliser {
     pub fn returned(filter: KalmanFilter, landmarks: &Landmarks, ball: Option<Vec2>) -> Self {
         let estimate = PoseEstimate::new(halfway_pose(landmarks, ball), RETURNED_SD[0], RETURNED_SD[1]);
         Self { filter, estimate, sides: Some([0.0; 2]), ..default() }
-    }
-
-    /// A localiser for a robot that returns from outside the pitch: beyond the side line that was nearer when the robot was removed at `y`,
-    /// level with its own penalty mark, facing the pitch (2025 rule book).
-    pub fn waiting(filter: KalmanFilter, landmarks: &Landmarks, y: f32) -> Self {
-        let estimate = PoseEstimate::new(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
-        Self { filter, estimate, ..default() }
     }
 
     /// Predicts the pose after a measured `step` (in the robot frame before it), `duration` seconds later.
