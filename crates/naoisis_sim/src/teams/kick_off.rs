@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::penalty_kicks;
 use super::player::{Decision, Player, PlayerMemory};
-use super::walk_limits::{after, braked};
+use super::walk_limits::{after, braked, kept_out};
 use naoisis_core::game::GameState;
 use naoisis_core::geometry::{Pose, angle_of, unrotate};
 use naoisis_core::pitch::End;
@@ -16,7 +16,7 @@ use naoisis_sensing::belief::BallBelief;
 const CIRCLE_MARGIN_M: f32 = 0.2;
 /// A player walks away from the circle if it is nearer than this, m.
 const CIRCLE_SWAY_M: f32 = 0.05;
-/// The distance that a player keeps from the halfway line at the own kick-off, m.
+/// The distance that a player keeps from the halfway line before the ball is in play, m.
 const HALF_MARGIN_M: f32 = 0.15;
 /// A player stands still within this distance of its place and this angle of its facing: m, radians.
 const IN_PLACE: (f32, f32) = (0.05, 0.15);
@@ -26,7 +26,10 @@ const FRESH_S: f32 = 1.5;
 /// Limits a decision to what the rules allow until the ball is in play.
 pub(super) fn apply(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
     match player.kick_off_team(memory) {
-        Some(team) if team != player.id.team => stay_off_the_circle(player, decision),
+        Some(team) if team != player.id.team => {
+            let decision = stay_off_the_circle(player, decision);
+            if player.rules.kick_off_free_s.is_some() { stay_in_the_own_half(player, decision) } else { decision }
+        }
         Some(_) if player.rules.kick_off_free_s.is_some() => {
             leave_the_kick_off_to_a_mate(player, stay_in_the_own_half(player, decision))
         }
@@ -65,6 +68,8 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     /// The error of the believed place of a ball, as a share of its distance, for a robot whose cameras sway: of the team that kicks off, and
     /// of the other one, which is penalised if it is wrong.
     const SWAY_SHARES: [f32; 2] = [0.12, 0.2];
+    /// How long the ball has to be seen in play, s: something else may be taken for a ball in single images.
+    const SURE_AFTER_S: f32 = 0.2;
     let now = player.status.time_s;
     let placed = match memory.restarts {
         // At the start of the match, a player at its kick-off place has been placed there.
@@ -87,7 +92,7 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
         };
     }
     let share = SWAY_SHARES[usize::from(player.status.kick_off_team != player.id.team)];
-    let sway = if player.limits.gait.is_some() { share } else { 0.0 };
+    let (sway, sure_after_s) = if player.walks_in_steps() { (share, SURE_AFTER_S) } else { (0.0, 0.0) };
     let is_in_play = |ball: &BallBelief, for_s: f32| {
         let least_m = IN_PLAY_M + sway * ball.position_m.distance(player.position());
         let from_mark_m2 = ball.position_m.length_squared();
@@ -98,19 +103,25 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
         may_be_it && from_mark_m2 > least_m * least_m
     };
     let is_over = |for_s: f32| for_s > KICK_OFF_S || player.ball().is_some_and(|ball| is_in_play(ball, for_s));
-    if memory.kick_off_since_s.is_some_and(|since| is_over(now - since)) {
-        memory.kick_off_since_s = None;
+    match memory.kick_off_since_s {
+        Some(since) if is_over(now - since) => {
+            let seen_since_s = *memory.kick_off_over_since_s.get_or_insert(now);
+            if now - seen_since_s >= sure_after_s {
+                (memory.kick_off_since_s, memory.kick_off_over_since_s) = (None, None);
+            }
+        }
+        _ => memory.kick_off_over_since_s = None,
     }
 }
 
-/// Stops a step out of the own half that does not lead into the centre circle, before the ball is in play at the own kick-off.
+/// Keeps the player in its own half, or in the centre circle at the own kick-off, before the ball is in play: it brakes before the halfway
+/// line.
 fn stay_in_the_own_half(player: &Player, decision: Decision) -> Decision {
     let then = after(player, &decision.walk);
-    let stays = then.x < -HALF_MARGIN_M || then.x < player.position().x;
-    if stays || then.length() < player.pitch.centre_circle_diameter_m / 2.0 {
+    if then.length() < player.pitch.centre_circle_diameter_m / 2.0 {
         return decision;
     }
-    Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision }
+    Decision { walk: kept_out(player, decision.walk, |place| place.x + HALF_MARGIN_M), ..decision }
 }
 
 /// Keeps the player outside the centre circle at the own kick-off if a team-mate takes it: only one player may be in the circle.
@@ -169,10 +180,12 @@ mod tests {
         let is_over = |situation: &mut PlayerFixture, time_s: f32, ball: (f32, f32)| {
             let ball = BallBelief { position_m: Vec2::new(ball.0, 0.0), age_s: ball.1, ..default() };
             situation.belief = Belief { ball: Some(ball), ..situation.belief.clone() };
-            situation.status.time_s = time_s;
             let restarts = Some(situation.status.restarts);
             let mut memory = PlayerMemory { restarts, kick_off_since_s: Some(10.0), ..default() };
-            note_kick_off(&situation.player(), &mut memory);
+            for time_s in [time_s, time_s + 0.25] {
+                situation.status.time_s = time_s;
+                note_kick_off(&situation.player(), &mut memory);
+            }
             memory.kick_off_since_s.is_none()
         };
         assert!(is_over(&mut situation, 11.0, (1.0, 0.1)));
@@ -182,6 +195,22 @@ mod tests {
         // No kick brings a ball 2.5 m away in 0.1 s.
         assert!(!is_over(&mut situation, 10.1, (2.5, 0.0)));
         assert!(is_over(&mut situation, 20.1, (0.1, 0.1)));
+    }
+
+    #[test]
+    fn a_ball_that_is_seen_elsewhere_in_a_single_image_is_not_in_play() {
+        let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.9, 0.0), Vec2::ZERO);
+        situation.limits.gait = Some(Gait::default());
+        let restarts = Some(situation.status.restarts);
+        let mut memory = PlayerMemory { restarts, kick_off_since_s: Some(10.0), ..default() };
+        for cycle in 0..200 {
+            situation.status.time_s = 11.0 + cycle as f32 / 30.0;
+            let x = if cycle % 5 == 0 { 1.0 } else { 0.05 };
+            let ball = BallBelief { position_m: Vec2::new(x, 0.0), ..default() };
+            situation.belief = Belief { ball: Some(ball), ..situation.belief.clone() };
+            note_kick_off(&situation.player(), &mut memory);
+        }
+        assert_eq!(memory.kick_off_since_s, Some(10.0));
     }
 
     #[test]
@@ -201,6 +230,34 @@ mod tests {
         assert!(!leaves_it(&mut situation, 4, (3, -2.0)), "number 3 is 2.5 m away");
     }
 
+    /// Where a player with a gait stops that wants to walk ahead from `place`, m: it follows the braked command and brakes with its
+    /// acceleration.
+    fn stops_at(situation: &mut PlayerFixture, memory: &PlayerMemory, mut place: f32) -> f32 {
+        let mut speed_mps = 0.6_f32;
+        for _ in 0..400 {
+            situation.belief.pose.position.x = place;
+            let walk = apply(&situation.player(), memory, walking(0.6 / 30.0, 0.0)).walk;
+            let wanted_mps = walk.dx * 30.0;
+            speed_mps = wanted_mps.clamp(speed_mps - 0.55 / 30.0, speed_mps + 0.55 / 30.0);
+            place += speed_mps / 30.0;
+        }
+        place
+    }
+
+    #[test]
+    fn players_with_a_gait_brake_before_the_halfway_line() {
+        let gait = Gait { acceleration_mps2: 0.55, step_s: 0.25, ..Gait::default() };
+        let mut situation = PlayerFixture::new(Pose::new(-1.9, 1.2, 0.0), Vec2::ZERO);
+        situation.limits = MotionLimits { max_linear_mps: 0.6, gait: Some(gait), ..MotionLimits::default() };
+        situation.rules.kick_off_free_s = Some(10.0);
+        let memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
+        for team in [Team::Blue, Team::Pink] {
+            situation.status.kick_off_team = team;
+            let place = stops_at(&mut situation, &memory, -1.9);
+            assert!((-0.4..0.0).contains(&place), "{team}: {place}");
+        }
+    }
+
     #[test]
     fn players_with_a_gait_brake_before_the_circle_and_walk_out_of_it() {
         let mut situation = PlayerFixture::new(Pose::new(-1.9, 0.0, 0.0), Vec2::ZERO);
@@ -209,15 +266,7 @@ mod tests {
         let memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
         situation.status.kick_off_team = Team::Pink;
         let radius = situation.pitch.centre_circle_diameter_m / 2.0;
-        // It follows the braked command a step and a delay late, and brakes with its acceleration: it stops outside.
-        let (mut place, mut speed_mps) = (-radius - 2.0, 0.6_f32);
-        for _ in 0..400 {
-            situation.belief.pose.position.x = place;
-            let walk = apply(&situation.player(), &memory, walking(0.6 / 30.0, 0.0)).walk;
-            let wanted_mps = walk.dx * 30.0;
-            speed_mps = wanted_mps.clamp(speed_mps - 0.55 / 30.0, speed_mps + 0.55 / 30.0);
-            place += speed_mps / 30.0;
-        }
+        let place = stops_at(&mut situation, &memory, -radius - 2.0);
         assert!(-place > radius + 0.1 && -place < radius + 0.4, "{place}");
         // Inside, it leaves.
         situation.belief.pose.position.x = -radius + 0.1;

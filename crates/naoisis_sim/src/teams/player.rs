@@ -115,6 +115,9 @@ pub struct PlayerMemory {
     pub waited_for_kick_off: bool,
     /// When the current kick-off began, s; `None` once it is over.
     pub kick_off_since_s: Option<f32>,
+    /// Since when the ball is seen in play during the kick-off, s.
+    #[serde(default)]
+    pub kick_off_over_since_s: Option<f32>,
     /// The direction in which the ball should go, team frame.
     pub aim: Option<Vec2>,
     /// The kick that is being prepared.

@@ -22,7 +22,11 @@ const AREA_SWAY_M: f32 = 0.03;
 /// The distance that a player keeps from the opponents' penalty area when it has to be clear, m: its body and the error of its place.
 const CLEARED_MARGIN_M: f32 = 0.5;
 /// The greatest age of the place of a team-mate that counts, s.
-const FRESH_S: f32 = 1.5;
+const FRESH_S: f32 = 3.0;
+/// A team-mate this near to the own goal area may be about to enter it, m.
+const ENTERING_M: f32 = 0.5;
+/// Robots whose depths in the own goal area differ by less than this are about as deep, m: places are as old as messages.
+const ABOUT_AS_DEEP_M: f32 = 0.3;
 
 /// Limits a decision to what the rules allow.
 pub fn apply(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
@@ -46,7 +50,7 @@ pub fn is_for_the_keeper_only(player: &Player, place: Vec2) -> bool {
 
 /// Keeps the required distance from the opponents' free kick: the player walks away if it is too near.
 fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
-    let not_ours = player.status.set_play.filter(|set_play| set_play.team != Some(player.id.team));
+    let not_ours = set_play(player).filter(|set_play| set_play.team != Some(player.id.team));
     let Some(set_play) = not_ours else { return decision };
     let Some(ball) = ball_of_set_play(player, set_play) else { return decision };
     let (away, distance) =
@@ -68,6 +72,19 @@ fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
     Decision { walk: braked(player, decision.walk, ball, distance), ..decision }
 }
 
+/// Returns the free kick or kick-off under way. A goal kick or a corner kick is the one of the team at whose end the ball is, or at whose
+/// opponents' end, before the referee shows whose it is.
+fn set_play(player: &Player) -> Option<SetPlayStatus> {
+    let set_play = player.status.set_play?;
+    let (own, opponents) = (player.id.team, player.id.team.opponent());
+    let by_its_place = player.ball().filter(|_| player.walks_in_steps()).and_then(|ball| match set_play.kind {
+        SetPlayKind::GoalKick => Some(if ball.position_m.x < 0.0 { own } else { opponents }),
+        SetPlayKind::CornerKick => Some(if ball.position_m.x < 0.0 { opponents } else { own }),
+        _ => None,
+    });
+    Some(SetPlayStatus { team: set_play.team.or(by_its_place), ..set_play })
+}
+
 /// Returns the place of the ball in a free kick, m, team frame: where the referee puts it in the opponents' goal kicks and corner kicks, on
 /// the side on which the ball was, or else where the player believes it.
 fn ball_of_set_play(player: &Player, set_play: SetPlayStatus) -> Option<Vec2> {
@@ -85,7 +102,7 @@ fn ball_of_set_play(player: &Player, set_play: SetPlayStatus) -> Option<Vec2> {
 
 /// Keeps the player out of the opponents' penalty area at their goal kick, and at their free kick inside this area, where the rules say so.
 fn stay_out_of_the_cleared_area(player: &Player, decision: Decision) -> Decision {
-    let theirs = player.status.set_play.filter(|set_play| set_play.team == Some(player.id.team.opponent()));
+    let theirs = set_play(player).filter(|set_play| set_play.team == Some(player.id.team.opponent()));
     let Some(set_play) = theirs.filter(|_| player.rules.goal_kick_clears_area) else { return decision };
     let area = player.pitch.penalty_area;
     let edge = player.pitch.half_length() - area.depth_m;
@@ -102,8 +119,13 @@ fn stay_out_of_the_cleared_area(player: &Player, decision: Decision) -> Decision
     let decision = Decision { kick: None, ..decision };
     if is_inside(player.position(), CLEARED_MARGIN_M - AREA_SWAY_M) {
         let out = Vec2::new(edge - CLEARED_MARGIN_M, player.position().y);
-        // Backwards, with the ball in view.
-        let walk = player.walk_to(out, Vec2::X, &player.obstacles());
+        // Backwards, with the ball in view, and around the ball: no nearer to it than the player is, as far as it has to stay away.
+        let mut obstacles = player.obstacles();
+        if let Some(ball) = ball_of_set_play(player, set_play) {
+            let away_m = player.position().distance(ball).min(player.rules.free_kick_radius_m(player.pitch));
+            obstacles.add(ball, away_m.max(player.ball_clearance_m()));
+        }
+        let walk = player.walk_to(out, Vec2::X, &obstacles);
         return Decision { walk, target: Some(out), ..decision };
     }
     Decision { walk: kept_out(player, decision.walk, |place| depth_m(place, CLEARED_MARGIN_M)), ..decision }
@@ -133,12 +155,15 @@ fn forbidden_area(player: &Player) -> Option<(AreaDimensions, f32)> {
             let area = player.pitch.goal_area.unwrap_or(player.pitch.penalty_area);
             // A robot that touches the area is in it.
             let margin_m = AREA_MARGIN_M + player.own_body.base.reach();
-            let depth_m = |place: Vec2| own_area_depth_m(player, area, place, margin_m);
-            // The last robots to enter are penalised: those that are deeper are likely to have come before. The keeper is there, seen or not.
-            let own_m = depth_m(player.position()).max(0.0);
+            // The last robots to enter are penalised: those that are deeper are likely to have come, or to come, before. The keeper is there,
+            // seen or not. Of two robots that are about as deep, the one with the lower number may enter.
+            let depth_m = |place: Vec2| own_area_depth_m(player, area, place, margin_m + ENTERING_M);
+            let own_m = depth_m(player.position());
             let before = player.belief.team_mates.iter().filter(|mate| {
                 let is_keeper = mate.id.is_some_and(|id| player.is_goalkeeper(id));
-                mate.age_s < FRESH_S && !is_keeper && depth_m(mate.position_m) > own_m
+                let is_lower = mate.id.is_some_and(|id| id.number < player.id.number);
+                let least_m = own_m + if is_lower { -ABOUT_AS_DEEP_M } else { ABOUT_AS_DEEP_M };
+                mate.age_s < FRESH_S && !is_keeper && depth_m(mate.position_m) > least_m.max(0.0)
             });
             (1 + before.count() >= usize::from(most)).then_some((area, margin_m))
         }
@@ -196,6 +221,12 @@ mod tests {
         let place = Vec2::new(2.4, 1.1);
         let from_m = situation.belief.pose.position.distance(place);
         assert!(moved(&situation, walking(0.0, 0.0)).distance(place) > from_m);
+        // Robots know by the end of the pitch whose goal kick it is, before the referee shows it.
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::GoalKick, team: None });
+        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        assert!(moved(&situation, walking(0.0, 0.0)).distance(place) > from_m);
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: None });
+        assert_eq!(moved(&situation, walking(0.0, 0.0)).distance(place), from_m);
     }
 
     #[test]
@@ -258,12 +289,18 @@ mod tests {
         let edge = -2.4 + AREA_MARGIN_M + situation.own_body.base.reach() + 0.003;
         // The keeper and one more: the player may enter. With two more it stays outside, and leaves if it came later.
         assert!(place(&mut situation, edge, &[(1, -2.9), (4, -2.6)]) < 0.0);
-        let full = [(1, -2.9), (4, -2.6), (5, -2.7)];
+        let full = [(1, -2.95), (4, -2.85), (5, -2.9)];
         assert_eq!(place(&mut situation, edge, &full), 0.0);
         assert!(place(&mut situation, -2.5, &full) > 0.0);
-        assert!(place(&mut situation, -2.8, &full) < 0.0);
         // The keeper counts without being seen.
         assert_eq!(place(&mut situation, edge, &full[1..]), 0.0);
+        // Of robots that are about as deep, the one with the highest number leaves.
+        assert!(place(&mut situation, -2.8, &full) < 0.0);
+        situation.id.number = 6;
+        assert!(place(&mut situation, -2.8, &full) > 0.0);
+        // Two that are about to enter count, too.
+        let near = [(4, -2.1), (5, -2.0)];
+        assert_eq!(place(&mut situation, edge, &near), 0.0);
     }
 
     #[test]
