@@ -110,6 +110,17 @@ fn the_match_waits_for_no_viewer() {
 }
 
 #[test]
+fn a_match_goes_on_when_the_viewer_that_paused_it_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut child, address) = play(folder.path(), &["--duration", "60", "--pace", "10"]);
+    let mut viewer = Viewer::connect(&address);
+    viewer.await_topics(&["/trace"], &["/naoisis/pause"]);
+    assert_eq!(viewer.call("/naoisis/pause", &json!({})).0, Ok(()));
+    drop(viewer);
+    assert!(child.wait().unwrap().success());
+}
+
+#[test]
 fn an_address_that_is_taken_is_told() {
     let taken = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
     let address = taken.local_addr().unwrap().to_string();

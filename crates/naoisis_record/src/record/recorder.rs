@@ -44,7 +44,7 @@ use naoisis_core::communication::MessageStatistics;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, MatchResult, Rules, Score};
 use naoisis_sim::interface::cycle_record::CycleRecord;
-use naoisis_sim::interface::gather::{self, CurrentRecord};
+use naoisis_sim::interface::gather::{self, CurrentRecord, record_now};
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::resolved;
 
@@ -58,6 +58,11 @@ pub trait Recorder: Send + Sync + 'static {
 
     /// Records a cycle that has ended. The world is that of the match, for data that the record lacks. It must not be changed.
     fn record(&mut self, record: &CycleRecord, world: &mut World);
+
+    /// Returns whether this recorder needs the record of the next cycle. A record that no recorder needs is not gathered.
+    fn needs_record(&self) -> bool {
+        true
+    }
 
     /// Returns whether an error occurred, after which nothing more is written.
     fn has_failed(&self) -> bool {
@@ -137,7 +142,11 @@ impl Recorders {
 
 /// Starts recording the match in the world. The app must have the [`RecordPlugin`](super::RecordPlugin).
 pub fn start(world: &mut World, recorders: Vec<Box<dyn Recorder>>) {
-    gather::gather_start(world);
+    if recorders.iter().any(|recorder| recorder.needs_record()) {
+        gather::gather_start(world);
+    } else {
+        gather::gather_on_demand(world);
+    }
     let Some(scenario) = world.get_resource::<Scenario>() else { return };
     let scenario = resolved(world, scenario);
     let mut recorders = Recorders(recorders);
@@ -148,6 +157,10 @@ pub fn start(world: &mut World, recorders: Vec<Box<dyn Recorder>>) {
 /// Passes the last completed cycle to the recorders.
 pub(super) fn record_cycle(world: &mut World) {
     world.resource_scope(|world, mut recorders: Mut<Recorders>| {
+        if !recorders.0.iter().any(|recorder| recorder.needs_record()) {
+            return;
+        }
+        record_now(world);
         recorders.each(world, |recorder, record, world| recorder.record(record, world));
     });
 }
@@ -162,6 +175,6 @@ pub fn finish(world: &mut World, reason: EndReason) -> Vec<Result<Option<String>
         cycles: world.resource::<CycleClock>().cycle,
         messages: *world.resource::<MessageStatistics>(),
     };
-    let last = world.resource::<CurrentRecord>().record.clone();
+    let last = record_now(world).clone();
     recorders.into_iter().map(|recorder| recorder.finish(&end, &last)).collect()
 }

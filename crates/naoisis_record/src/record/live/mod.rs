@@ -14,7 +14,7 @@ use foxglove::{Context, FoxgloveError, WebSocketServer, WebSocketServerHandle};
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
@@ -31,7 +31,8 @@ use sink::LiveSink;
 
 /// Least time between two frames.
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 60);
-/// Time that the server has to send the last frame. It sends in the background, and drops what is left when it stops.
+/// Time that the server has to send the last frame, and then to say goodbye. It sends in the background, and a viewer that takes nothing
+/// does not keep the program from ending.
 const LAST_FRAME: Duration = Duration::from_millis(250);
 
 /// Sends a match to viewers while it is played.
@@ -39,7 +40,7 @@ pub struct LiveRecorder {
     server: WebSocketServerHandle,
     sink: LiveSink,
     control: LiveControl,
-    newcomers: Arc<Newcomers>,
+    viewers: Arc<Viewers>,
     scenario: Scenario,
     channels: Option<Channels>,
     /// The events since the last frame.
@@ -47,13 +48,29 @@ pub struct LiveRecorder {
     last_frame: Option<Instant>,
 }
 
-/// Whether a viewer has subscribed to a channel since the last frame. It needs the messages that are sent only once, such as the pitch.
+/// The viewers that are connected.
 #[derive(Default)]
-struct Newcomers(AtomicBool);
+struct Viewers {
+    count: AtomicUsize,
+    /// Whether one has subscribed to a channel since the last frame. It needs the messages that are sent only once, such as the pitch.
+    is_new: AtomicBool,
+    control: LiveControl,
+}
 
-impl ServerListener for Newcomers {
+impl ServerListener for Viewers {
     fn on_subscribe(&self, _: Client, _: ChannelView) {
-        self.0.store(true, Ordering::Release);
+        self.is_new.store(true, Ordering::Release);
+    }
+
+    fn on_client_connect(&self) {
+        self.count.fetch_add(1, Ordering::AcqRel);
+    }
+
+    fn on_client_disconnect(&self) {
+        // A match that nobody can continue any more goes on.
+        if self.count.fetch_sub(1, Ordering::AcqRel) <= 1 {
+            self.control.pause(false);
+        }
     }
 }
 
@@ -63,7 +80,8 @@ impl LiveRecorder {
     /// # Errors
     /// If the address cannot be used.
     pub fn start(host: &str, port: u16) -> Result<Self, RecordError> {
-        let (context, control, newcomers) = (Context::new(), LiveControl::default(), Arc::new(Newcomers::default()));
+        let (context, control) = (Context::new(), LiveControl::default());
+        let viewers = Arc::new(Viewers { control: control.clone(), ..default() });
         let server = WebSocketServer::new()
             .name("naoisis")
             .bind(host, port)
@@ -71,7 +89,7 @@ impl LiveRecorder {
             .capabilities([Capability::Time])
             .supported_encodings(["json"])
             .services(services::all(&control))
-            .listener(newcomers.clone());
+            .listener(viewers.clone());
         let server = server.start_blocking().map_err(|error| {
             let error = match error {
                 FoxgloveError::Bind(error) | FoxgloveError::IoError(error) => error,
@@ -80,7 +98,7 @@ impl LiveRecorder {
             RecordError::Io { path: PathBuf::from(format!("{host}:{port}")), error }
         })?;
         let (sink, scenario) = (LiveSink::new(context), Scenario::default());
-        Ok(Self { server, sink, control, newcomers, scenario, channels: None, events: Vec::new(), last_frame: None })
+        Ok(Self { server, sink, control, viewers, scenario, channels: None, events: Vec::new(), last_frame: None })
     }
 
     /// Returns the port of the server.
@@ -91,7 +109,7 @@ impl LiveRecorder {
     /// Sends a frame.
     fn send(&mut self, record: &CycleRecord, world: &World) {
         let time_ns = nanoseconds(record.time_s);
-        let is_new = self.newcomers.0.swap(false, Ordering::AcqRel);
+        let is_new = self.viewers.is_new.swap(false, Ordering::AcqRel);
         let channels = match self.channels.take().filter(|_| !is_new) {
             Some(channels) => channels,
             None => Channels::begin(&self.scenario, record, &Fields::default(), &mut self.sink),
@@ -113,8 +131,12 @@ impl Recorder for LiveRecorder {
         self.send(record, world);
     }
 
+    fn needs_record(&self) -> bool {
+        self.server.client_count() > 0
+    }
+
     fn record(&mut self, record: &CycleRecord, world: &mut World) {
-        if self.server.client_count() == 0 {
+        if !self.needs_record() {
             return;
         }
         self.events.extend_from_slice(&record.events);
@@ -127,10 +149,14 @@ impl Recorder for LiveRecorder {
 
     fn finish(mut self: Box<Self>, _: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
         self.send(last, &World::new());
-        if self.server.client_count() > 0 {
+        let is_watched = self.needs_record();
+        if is_watched {
             thread::sleep(LAST_FRAME);
         }
-        self.server.stop().wait_blocking();
+        self.server.stop().detach_all();
+        if is_watched {
+            thread::sleep(LAST_FRAME);
+        }
         Ok(None)
     }
 }
