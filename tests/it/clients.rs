@@ -219,6 +219,35 @@ fn a_python_team_plays_the_same_match_in_message_pack() {
     assert!(text(&output.stderr).contains("Refused: it wants camera images, but none"), "{}", text(&output.stderr));
 }
 
+/// A program that kicks in each cycle.
+const KICKING: &str = r#"
+import sys
+sys.path.insert(0, sys.argv[1])
+from naoisis_agent import Agent
+
+agent = Agent(name="kicking")
+told = set()
+for turn in agent.turns():
+    told |= {f"{refused['command']}: {refused['reason']}" for refused in turn.get("refused", [])}
+    agent.answer(turn, {"kick": {"type": "left_straight", "speed": 1.0}})
+print("told", sorted(told), file=sys.stderr)
+"#;
+
+#[test]
+fn a_program_is_told_that_its_robot_did_not_kick_and_the_terminal_counts_the_misses() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("kicking.py");
+    fs::write(&program, KICKING).unwrap();
+    let team = format!("exec:python3 {} {}", program.display(), client("python"));
+    let output =
+        naoisis(folder.path(), &["run", "match3v3", "--duration", "2", "--agent-start-timeout", "60", "--blue", &team]);
+    assert!(text(&output.stderr).contains("told ['kick: not_allowed']"), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    for miss in ["x left_straight: busy", "x left_straight: out of reach"] {
+        assert!(said.lines().any(|line| line.starts_with("missed kicks of blue3") && line.ends_with(miss)), "{said}");
+    }
+}
+
 /// A program that asks for everything that the header offers, over a socket.
 const CURIOUS: &str = r#"
 #include "naoisis_agent.hpp"

@@ -236,7 +236,7 @@ fn a_behaviour_reads_a_reading_and_cannot_write_it() {
 }
 
 #[test]
-fn robots_have_an_imu_where_a_scenario_asks_for_it_in_traces_and_for_programs_alike() {
+fn robots_have_an_imu_where_a_scenario_or_a_program_needs_it_in_traces_and_for_programs_alike() {
     let scenario = |sensors: &str| {
         let text = format!(
             r#"{{ "realism": "realistic", "rules": "free", {sensors} "robots": [
@@ -267,9 +267,19 @@ fn robots_have_an_imu_where_a_scenario_asks_for_it_in_traces_and_for_programs_al
     let expected = reading(&mut app);
     saved.restore(app.world_mut()).unwrap();
     assert_eq!(reading(&mut app), expected);
-    // Nobody else has it.
+    // Nobody else has it but robots that programs play in realistic matches.
     app.start_match(&scenario("")).unwrap().run_cycles(1);
     assert!(naoisis::agents::perception(app.world_mut(), blue(1)).unwrap().sensors.is_empty());
+    for (fields, has_it) in [
+        (r#""realism": "realistic""#, true),
+        (r#""realism": "realistic", "sensors": { "imu": null }"#, false),
+        (r#""realism": "paper""#, false),
+    ] {
+        let text = format!(r#"{{ {fields}, "rules": "free", "robots": [{{ "number": 1, "behaviour": "remote" }}] }}"#);
+        app.start_match(&Scenario::from_json(&text).unwrap()).unwrap().run_cycles(1);
+        let perceived = naoisis::agents::perception(app.world_mut(), blue(1)).unwrap();
+        assert_eq!(perceived.sensors.contains_key("imu"), has_it, "{fields}");
+    }
 }
 
 #[test]

@@ -103,6 +103,8 @@ pub struct Firmware {
     pub(crate) get_up: bool,
     /// The visual kick, if it is on.
     pub(crate) visual_kick: Option<Aim>,
+    /// The direction and power that the program told last, for a visual kick that begins later.
+    pub(crate) told_aim: Aim,
     /// Requests that were refused and reported.
     pub(crate) reported: BTreeSet<i64>,
 }
@@ -182,7 +184,7 @@ impl Firmware {
                     self.must_walk()?;
                 }
                 self.velocity = Vec3::ZERO;
-                self.visual_kick = start.then(Aim::default);
+                self.visual_kick = start.then(|| mem::take(&mut self.told_aim));
                 Ok(Value::Null)
             }
             2042 => whole(body, "gait_type").map(|_| Value::Null),
@@ -253,12 +255,15 @@ impl Firmware {
         self.zero.relative(self.odometry)
     }
 
-    /// Keeps the direction in which the program wants the visual kick, radians, robot frame.
-    pub fn aim(&mut self, direction: f32) {
-        if let Some(kick) = &mut self.visual_kick
-            && direction.is_finite()
-        {
-            kick.heading = Some(wrap_angle(self.odometry.heading + direction));
+    /// Keeps the direction in which the program wants the visual kick, radians, robot frame, and its power.
+    pub fn aim(&mut self, direction: f32, power: f32) {
+        if !(direction.is_finite() && power.is_finite()) {
+            return;
+        }
+        let aim = Aim::new(wrap_angle(self.odometry.heading + direction), power);
+        match &mut self.visual_kick {
+            Some(kick) => kick.turn_to(aim),
+            None => self.told_aim = aim,
         }
     }
 

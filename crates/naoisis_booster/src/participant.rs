@@ -365,7 +365,8 @@ async fn hear_kicks(kicks: Reader<Kick>, robot: Option<Arc<Mutex<Shared>>>, prog
         let from = participant_of(kick.sample_info().writer_guid());
         let sender = || programs.lock().unwrap_or_else(PoisonError::into_inner).get(&from).cloned();
         if let Some(robot) = robot.clone().or_else(sender) {
-            lock(&robot).firmware.aim(kick.value().dir as f32);
+            let Kick { dir, power, .. } = *kick.value();
+            lock(&robot).firmware.aim(dir as f32, power as f32);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The visual kick: a mode in which the robot itself walks to the ball and kicks it.
 //!
-//! The maker says that it works from 0.2 to 4.0 m, and that a message on `/kick_ball` tells it the direction; its walk is not printed, so the
-//! one here is a guess. Without a direction, the robot turns to the ball and kicks straight on.
+//! The maker says that it works from 0.2 to 4.0 m, and that a message on `/kick_ball` tells it direction and power; its walk is not printed, so
+//! the one here is a guess. Without a direction, the robot turns to the ball and kicks straight on.
 
 use bevy::prelude::*;
 
@@ -24,13 +24,36 @@ const AROUND_M: f32 = 0.3;
 /// Greatest angle between the kick and its wanted direction, radians. A guess.
 const PRECISION: f32 = 0.15;
 
+/// The power of the fastest kick; half of it is a kick half as fast. A guess: the interface of agents says 1 to 10.
+const MOST_POWER: f32 = 10.0;
+/// How long the robot waits for a kick to begin before it kicks again, cycles.
+const BEGINNING_CYCLES: u32 = 10;
+
 /// What the visual kick knows.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Aim {
     /// Where the ball shall go: a heading in the frame of odometry, radians.
     pub heading: Option<f32>,
+    /// The speed of the ball, as a share of the fastest kick's; `None` for the fastest.
+    pub speed: Option<f32>,
+    /// How long the last kick may still take to begin, cycles.
+    begins_within: u32,
     /// The last ball seen, in the frame of odometry, m, and the cycles since then.
     ball: Option<(Vec2, u32)>,
+}
+
+impl Aim {
+    /// A kick to `heading`, radians, frame of odometry, with this power.
+    pub fn new(heading: f32, power: f32) -> Self {
+        // A message that says nothing of power has zero.
+        let speed = (power > 0.0).then_some((power / MOST_POWER).min(1.0));
+        Self { heading: Some(heading), speed, ..default() }
+    }
+
+    /// Takes direction and power from `other`.
+    pub fn turn_to(&mut self, other: Aim) {
+        (self.heading, self.speed) = (other.heading, other.speed);
+    }
 }
 
 /// Velocity (m/s, m/s, rad/s) and kick of a robot at `odometry`, which sees the ball at `ball`, m, robot frame.
@@ -51,8 +74,12 @@ pub fn act(aim: &mut Aim, ball: Option<Vec2>, odometry: Pose, kicks: &KickSettin
     let wanted = aim.heading.map_or_else(straight_on, |heading| wrap_angle(heading - odometry.heading));
     let is_within_reach = kicks.geometry(kick).is_some_and(|geometry| geometry.admits(ball));
     if is_within_reach && wanted.abs() <= aims_within + PRECISION {
-        let request = KickRequest { direction: wanted.clamp(-aims_within, aims_within), ..KickRequest::new(kick, 1.0) };
-        return (Vec3::ZERO, Some(request));
+        let is_asked = aim.begins_within > 0;
+        aim.begins_within = if is_asked { aim.begins_within - 1 } else { BEGINNING_CYCLES };
+        let speed = aim.speed.unwrap_or(1.0);
+        let request =
+            KickRequest { direction: wanted.clamp(-aims_within, aims_within), ..KickRequest::new(kick, speed) };
+        return (Vec3::ZERO, (!is_asked).then_some(request));
     }
     // The robot turns to the ball on its way, and beside it in the direction of the kick.
     let is_near = ball.length() < 0.8;

@@ -56,7 +56,8 @@ pub use player::AgentPlayer;
 pub use plugin::{AgentsPlugin, dismiss};
 pub(crate) use remote::give_command;
 pub use remote::{
-    AgentError, PlayedElsewhere, belief, believe, command, perception, remote_robots, with_remote_robots,
+    AgentError, PlayedElsewhere, belief, believe, command, perception, remote_robots, robots_played_elsewhere,
+    with_remote_robots,
 };
 pub use server::Server;
 pub use settings::{AgentSettings, BreakOff, ErrorLines, LeagueNumbers};

@@ -16,7 +16,9 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sim::interface::vocabulary::{Perceived, Perception, RobotCommand};
 use naoisis_sim::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, wording};
-use naoisis_sim::simulation::{give_belief, resolved};
+
+use naoisis_sim::simulation::{SensorRegistry, give_belief, resolved};
+use serde_json::Value;
 
 /// The error that a robot cannot be controlled from outside.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
@@ -41,6 +43,12 @@ naoisis_core::debug_as_displayed!(AgentError);
 #[reflect(Component, @Knowledge::Belief)]
 pub struct PlayedElsewhere;
 
+/// The robots that something else plays than the programs of this module, sorted by id.
+pub fn robots_played_elsewhere(world: &World) -> Vec<RobotId> {
+    let is_played = |(id, entity)| world.get::<PlayedElsewhere>(entity).map(|_| id);
+    world.resource::<Roster>().iter().filter_map(is_played).collect()
+}
+
 /// The robots that are controlled from outside, sorted by id.
 pub fn remote_robots(world: &World) -> Vec<RobotId> {
     let is_remote = |(id, entity)| world.get::<Remote>(entity).map(|_| id);
@@ -48,12 +56,15 @@ pub fn remote_robots(world: &World) -> Vec<RobotId> {
 }
 
 /// Returns `scenario` with the robots `ids` controlled from outside instead of by their behaviours. Teams become a list
-/// of robots.
+/// of robots. Environments observe no sensor that robots have only for programs, so it is left out where the scenario does not name it.
 ///
 /// # Errors
 /// [`ScenarioFault`] if the scenario has no such robot.
 pub fn with_remote_robots(world: &World, scenario: &Scenario, ids: &[RobotId]) -> Result<Scenario, ScenarioFault> {
     let mut scenario = resolved(world, scenario);
+    for name in world.get_resource::<SensorRegistry>().iter().flat_map(|sensors| sensors.optional_names()) {
+        scenario.settings.sensors.0.entry(name.to_owned()).or_insert(Value::Null);
+    }
     for id in ids {
         match scenario.robots.iter_mut().find(|robot| robot.id() == *id) {
             Some(robot) => robot.behaviour = BehaviourSpec::Named(REMOTE.to_owned()),

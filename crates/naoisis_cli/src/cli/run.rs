@@ -18,13 +18,14 @@ use super::run_summary::{Outcome, summary, tally, title, words_of};
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
 use naoisis_agents::agents::server::{Address, Server, free_robots};
-use naoisis_agents::agents::{self, AgentPlayer, AgentSettings, BreakOff};
+use naoisis_agents::agents::{self, AgentPlayer, AgentSettings, BreakOff, PlayedElsewhere, remote_robots};
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::game::{Game, Rules};
 use naoisis_core::referee::report::report as match_report;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
+use naoisis_record::batch::refuse_real_time;
 use naoisis_record::expectations::{self, Watch};
 use naoisis_record::record::RecordPlugin;
 use naoisis_record::record::live_control::LiveControl;
@@ -75,6 +76,11 @@ pub(super) fn run_match(
     if let Err(message) = arguments.network_of_many() {
         return report::usage_error(&message);
     }
+    if arguments.expectations.asks_for_many()
+        && let Err(message) = refuse_real_time(app.world())
+    {
+        return report::usage_error(&message);
+    }
     let interrupt = match Interrupt::watch(|| {}) {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
@@ -91,7 +97,7 @@ pub(super) fn run_match(
     arguments.booster.start(app.world_mut());
     let mut server = match listen.map(|address| let_programs_in(app.world_mut(), address, &interrupt)).transpose() {
         Err(message) => return report::usage_error(&message),
-        Ok(server) => server,
+        Ok(server) => server.flatten(),
     };
     if server.is_none() {
         tell_of_nobodys_robots(app.world());
@@ -142,10 +148,13 @@ fn tell_of_nobodys_robots(world: &World) {
     }
 }
 
-/// Waits until every remote robot of the match is played by a program that connects.
-fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) -> Result<Server, String> {
+/// Waits until every remote robot of the match is played by a program that connects. Returns no server if others play all remote robots.
+fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) -> Result<Option<Server>, String> {
     let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
     if free.is_empty() {
+        if !remote_robots(world).is_empty() {
+            return Ok(None);
+        }
         return Err(
             "no robot of the match is remote; expected a scenario with remote robots, or --blue remote".to_owned()
         );
@@ -158,7 +167,7 @@ fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) 
         );
     }
     server.let_in(world, || interrupt.is_stopped(), report::note);
-    Ok(server)
+    Ok(Some(server))
 }
 
 /// Judges the expectations, prints the verdicts and writes them to a file.
@@ -275,6 +284,11 @@ fn run_to_the_end(
                 MatchEvent::CommandRefused { robot, command, reason } if is_played_by_program(world, *robot) => {
                     *outcome.refused.entry((*robot, *command, *reason)).or_default() += 1;
                 }
+                MatchEvent::Kick { robot, kick_type, reason: Some(reason), .. }
+                    if is_played_by_program(world, *robot) =>
+                {
+                    *outcome.missed.entry((*robot, kick_type.to_string(), *reason)).or_default() += 1;
+                }
                 MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
                 MatchEvent::InvariantBroken { message } => {
                     outcome.broken_invariants.push(format!("{time_s:.2} s: {message}"));
@@ -344,5 +358,7 @@ fn finish(
 
 fn is_played_by_program(world: &World, robot: RobotId) -> bool {
     let entity = world.resource::<Roster>().get(robot);
-    entity.is_some_and(|entity| world.get::<AgentPlayer>(entity).is_some())
+    let is_played =
+        |entity| world.get::<AgentPlayer>(entity).is_some() || world.get::<PlayedElsewhere>(entity).is_some();
+    entity.is_some_and(is_played)
 }

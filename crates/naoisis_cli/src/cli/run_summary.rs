@@ -4,7 +4,7 @@ use serde_json::{Value, to_value};
 use std::collections::BTreeMap;
 
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::events::{CommandKind, Refusal};
+use naoisis_core::events::{CommandKind, KickMiss, Refusal};
 use naoisis_core::game::MatchResult;
 use naoisis_core::referee::report::HEADER;
 use naoisis_core::team::{PerTeam, RobotId, Team};
@@ -24,6 +24,8 @@ pub struct Outcome {
     pub agents_lost: PerTeam<u32>,
     /// Number of refused commands of robots that programs play, by robot, command and reason.
     pub refused: BTreeMap<(RobotId, CommandKind, Refusal), u32>,
+    /// Number of kicks that did not reach the ball of robots that programs play, by robot, kick and reason.
+    pub missed: BTreeMap<(RobotId, String, KickMiss), u32>,
     /// Number of the referee's decisions by kind, for --explain.
     pub decisions: BTreeMap<String, u32>,
     /// Whether the match was saved during the run, or saving failed.
@@ -50,7 +52,7 @@ pub(super) fn tally(decisions: &BTreeMap<String, u32>) -> String {
     if counts.is_empty() { String::new() } else { format!("  decided  {}\n", counts.join(", ")) }
 }
 
-/// Returns the goals, the programs that were lost, the commands that were refused, and the result.
+/// Returns the goals, the programs that were lost, the commands that were refused, the kicks that missed, and the result.
 pub(super) fn summary(
     outcome: &Outcome,
     clock: CycleClock,
@@ -73,6 +75,9 @@ pub(super) fn summary(
             word(to_value(command)),
             word(to_value(reason)).replace('_', " ")
         );
+    }
+    for ((robot, kick, reason), count) in &outcome.missed {
+        text += &format!("missed kicks of {robot}: {count} x {kick}: {}\n", word(to_value(reason)).replace('_', " "));
     }
     let end = words_of(outcome.reason);
     let simulated_s = clock.end_time_s();

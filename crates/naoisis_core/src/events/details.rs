@@ -46,7 +46,7 @@ pub enum FallCause {
 }
 
 /// Why a kick missed.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KickMiss {
     /// The robot is not upright.
@@ -65,6 +65,13 @@ pub enum KickMiss {
     NoBall,
     /// The robot has no kick of this name.
     NoSuchKick,
+}
+
+impl KickMiss {
+    /// Whether the robot itself knows that it did not kick. It does not know that it kicks past the ball.
+    pub fn is_refusal(self) -> bool {
+        !matches!(self, KickMiss::OutOfReach | KickMiss::NoBall)
+    }
 }
 
 /// The type of a collision.

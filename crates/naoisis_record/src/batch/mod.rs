@@ -159,13 +159,27 @@ pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
 /// Opens the network of the match in `world`, if it has one, and then starts the programs of its robots.
 ///
 /// # Errors
-/// The reason why the network cannot be opened, or a program cannot be started.
+/// The reason why the network cannot be opened, or a program cannot be started; or that robots are played in real time.
 pub fn begin_programs(world: &mut World) -> Result<(), String> {
+    refuse_real_time(world)?;
     if !world.contains_resource::<AgentSettings>() {
         return Ok(());
     }
     open_network(world).map_err(|error| format!("the network of the match: {error}"))?;
     agents::start_programs(world).map_err(|error| error.to_string())
+}
+
+/// Refuses a match whose robots are [played elsewhere](agents::PlayedElsewhere): such programs live in real time, and join one match.
+///
+/// # Errors
+/// The names of these robots, and how to play the match.
+pub fn refuse_real_time(world: &World) -> Result<(), String> {
+    let robots: Vec<String> = agents::robots_played_elsewhere(world).iter().map(ToString::to_string).collect();
+    if robots.is_empty() {
+        return Ok(());
+    }
+    let robots = robots.join(", ");
+    Err(format!("{robots}: programs in real time play these robots, in one match at a time; expected `naoisis run`"))
 }
 
 fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {

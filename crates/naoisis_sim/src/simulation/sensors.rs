@@ -6,7 +6,8 @@
 //!
 //! Every robot has the sensor, with its default settings. `"sensors"` in a scenario changes them for all robots or for one, and `null`
 //! removes the sensor. A trace has the readings under `"sensors"` of each robot. The built-in sensors of this form, such as the
-//! [`imu`](naoisis_sensing::sensing::imu), are there only for robots that are given settings of them, if only `{}`.
+//! [`imu`](naoisis_sensing::sensing::imu), are there for robots that programs play in `realistic` vision, and for robots that are given
+//! settings of them, if only `{}`.
 
 use bevy::ecs::system::ScheduleSystem;
 use bevy::prelude::*;
@@ -17,7 +18,8 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, read_settings, unknown_name};
+use crate::scenario::{FieldPath, Realism, RobotSpec, Scenario, ScenarioFault, read_settings, unknown_name};
+use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::{Cycle, CycleSystems};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::named_values::NamedValues;
@@ -127,7 +129,7 @@ impl SensorApp for App {
     }
 }
 
-/// Registers a sensor that robots have only where a scenario, league, model or robot names it.
+/// Registers a sensor that robots have where a scenario, league, model or robot names it, or where a program plays a realistic robot.
 ///
 /// # Errors
 /// As for [`SensorApp::try_add_sensor`].
@@ -252,7 +254,7 @@ pub struct SensorRegistry {
 #[derive(Clone, Copy)]
 struct Sensor {
     components: [TypeId; 2],
-    /// Whether robots have it only where it is named.
+    /// Whether only robots that programs play have it without being given settings of it.
     is_optional: bool,
     check: fn(&Value, &FieldPath) -> Result<(), ScenarioFault>,
     insert: fn(&mut EntityWorldMut, Option<&Value>),
@@ -281,9 +283,12 @@ impl Sensor {
         }
     }
 
-    /// Gives a robot the sensor with these settings, or removes it if they are `null`.
-    fn set(&self, name: &str, robot: &mut EntityWorldMut, settings: Option<&Value>) {
-        if settings.map_or(self.is_optional, Value::is_null) {
+    /// Gives a robot the sensor with its settings in a scenario, or removes it if they are `null`.
+    fn set(&self, name: &str, robot: &mut EntityWorldMut, scenario: &Scenario, spec: &RobotSpec) {
+        // Programs for real robots rely on all of their sensors.
+        let needs_all = robot.contains::<Remote>() && scenario.realism.vision == Realism::Realistic;
+        let settings = settings_of(name, scenario, spec);
+        if settings.map_or(self.is_optional && !needs_all, Value::is_null) {
             (self.remove)(robot);
         } else {
             (self.insert)(robot, settings);
@@ -325,8 +330,13 @@ impl SensorRegistry {
     /// Gives a robot its sensors, with the settings of the scenario.
     pub(super) fn equip(&self, robot: &mut EntityWorldMut, scenario: &Scenario, spec: &RobotSpec) {
         for (name, sensor) in &self.sensors {
-            sensor.set(name, robot, settings_of(name, scenario, spec));
+            sensor.set(name, robot, scenario, spec);
         }
+    }
+
+    /// Returns the names of the sensors that only robots that programs play have without being given settings of them, sorted.
+    pub fn optional_names(&self) -> impl Iterator<Item = &str> {
+        self.sensors.iter().filter(|(_, sensor)| sensor.is_optional).map(|(name, _)| name.as_str())
     }
 
     /// Changes the settings of a robot that differ between two scenarios.
@@ -334,7 +344,7 @@ impl SensorRegistry {
         for (name, sensor) in &self.sensors {
             let [before, after] = [old, new].map(|(scenario, spec)| settings_of(name, scenario, spec));
             if before != after {
-                sensor.set(name, robot, after);
+                sensor.set(name, robot, new.0, new.1);
             }
         }
     }
