@@ -57,7 +57,8 @@ public:
     Json decide(const Json& perception, const Json& belief) const {
         const std::string& state = perception["game"]["state"].text();
         const Json& pose = belief["pose"];
-        if (perception["game"]["penalised"].truth() || (state != "ready" && state != "playing")) return Json::object();
+        const bool waits = perception["game"]["penalised"].truth() || perception["game"]["stopped"].truth();
+        if (waits || (state != "ready" && state != "playing")) return Json::object();
         if (perception["body"].text() == "fallen") return Json::object({{"posture", "get_up"}});
         if (state == "ready") {
             const Place place = in_robot_frame(place_, pose);
@@ -119,4 +120,4 @@ void play(const std::vector<std::string>& fields) {
     while (const Json* turn = agent.next()) agent.answer(dribbler.decide((*turn)["perception"], (*turn)["belief"]));
 }
 
-int main() { play({"body", "game.penalised", "game.state"}); }
+int main() { play({"body", "game.penalised", "game.state", "game.stopped"}); }

@@ -53,9 +53,9 @@ let own;
 function decide(perception, belief, welcome) {
   own ??= abilities(welcome);
   const { stepM, reachM, aside } = own;
-  const { state } = perception.game;
+  const { penalised, state, stopped } = perception.game;
   const { pose } = belief;
-  if (perception.game.penalised || !["ready", "playing"].includes(state)) return {};
+  if (penalised || stopped || !["ready", "playing"].includes(state)) return {};
   if (perception.body === "fallen") return { posture: "get_up" };
   if (state === "ready") {
     const [x, y] = inRobotFrame(own.place, pose);
@@ -91,4 +91,4 @@ function decide(perception, belief, welcome) {
   return { walk: [stepM, 0, rounded(turnTowards(ball))], ...said };
 }
 
-play(decide, "dribblers", ["body", "game.penalised", "game.state"], { belief: true });
+play(decide, "dribblers", ["body", "game.penalised", "game.state", "game.stopped"], { belief: true });

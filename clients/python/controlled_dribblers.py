@@ -24,7 +24,7 @@ def main(team, port_offset=0):
             return {}
         ball = perception["percepts"]["ball"]
         controller.report(fallen=perception["body"] == "fallen", ball=ball and ball["position_m"])
-        game = {"state": told["state"], "penalised": told["penalty"] != 0}
+        game = {"state": told["state"], "penalised": told["penalty"] != 0, "stopped": told["is_stopped"]}
         return dribbler.decide({**perception, "game": game}, belief)
 
     for turn in agent.turns():

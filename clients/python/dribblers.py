@@ -17,7 +17,7 @@ TURN_DEG = 3.0
 # A ball that was seen longer ago is searched, s.
 LOST_S = 2.0
 # What it looks at of what its robot perceives: the rest need not be sent.
-FIELDS = ["body", "game.penalised", "game.state"]
+FIELDS = ["body", "game.penalised", "game.state", "game.stopped"]
 
 
 def rounded(number):
@@ -58,8 +58,8 @@ class Dribbler:
         self.aside = 0.8 if self.aims else 0.15
 
     def decide(self, perception, belief):
-        state, pose = perception["game"]["state"], belief["pose"]
-        if perception["game"]["penalised"] or state not in ("ready", "playing"):
+        game, state, pose = perception["game"], perception["game"]["state"], belief["pose"]
+        if game["penalised"] or game["stopped"] or state not in ("ready", "playing"):
             return {}
         if perception["body"] == "fallen":
             return {"posture": "get_up"}

@@ -22,7 +22,7 @@ use naoisis_core::ball::Ball;
 use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::CycleEvents;
-use naoisis_core::game::{GameState, OutsideReferee, Rules, Score};
+use naoisis_core::game::{GameState, OutsideReferee, PenaltyReason, Rules, Score};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
 use naoisis_core::robot::Roster;
@@ -147,6 +147,13 @@ impl Listener {
             } else {
                 // It does not matter if nobody receives this.
                 let _ = self.socket.send_to(&REQUEST, place(from.ip(), REQUEST_PORT, self.port_offset));
+            }
+            for robot in absent_substitutes(&packet, numbers, robots) {
+                self.complaints.add(format!(
+                    "the GameController lets {robot} play as a substitute, but the match has no such robot; expected one of \
+                     `rules.substitutes`, which is {}",
+                    rules.substitutes
+                ));
             }
             said = directions(&packet, numbers, robots, rules).or(said);
         }
@@ -313,6 +320,21 @@ fn directions(
     })
 }
 
+/// The players that the match does not have, but that play in a packet in which robots of their team are substitutes.
+fn absent_substitutes(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) -> Vec<RobotId> {
+    let mut absent = Vec::new();
+    for team in Team::BOTH {
+        let Some(there) = packet.teams.iter().find(|there| there.number == numbers[team]) else { continue };
+        let players = (1..).zip(&there.players).map(|(number, player)| (RobotId::new(team, number), player.penalty));
+        let is_out = |penalty: u8| packet.version.penalty_reason(penalty) == Some(PenaltyReason::Substitute);
+        if players.clone().any(|(robot, penalty)| is_out(penalty) && robots.contains(&robot)) {
+            let plays = players.filter(|(robot, penalty)| *penalty == 0 && !robots.contains(robot));
+            absent.extend(plays.map(|(robot, _)| robot));
+        }
+    }
+    absent
+}
+
 /// The half in a packet, from 1; those of extra time are 3 and 4.
 fn half(packet: &ControlPacket) -> u32 {
     let before = if packet.phase == GamePhase::ExtraTime { 2 } else { 0 };
@@ -351,7 +373,6 @@ mod tests {
     use super::super::division::Division;
     use super::super::packet::{PlayerPacket, TeamPacket};
     use super::*;
-    use naoisis_core::game::PenaltyReason;
 
     fn packet() -> ControlPacket {
         let team = |number, score| TeamPacket { number, score, ..TeamPacket::default() };
@@ -393,6 +414,23 @@ mod tests {
         assert_eq!(directions(&second_half, numbers, &robots, &rules).unwrap().state, GameState::Finished);
         assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots, &rules), None);
         assert_eq!(numbers_in(&packet()), PerTeam { blue: 12, pink: 5 });
+    }
+
+    #[test]
+    fn a_substitute_that_the_match_does_not_have_is_noticed() {
+        let (robots, numbers) =
+            ([1, 2, 3].map(|number| RobotId::new(Team::Blue, number)), PerTeam { blue: 5, pink: 12 });
+        let mut told = packet();
+        let out = PlayerPacket { penalty: told.version.substitute_code(), ..PlayerPacket::default() };
+        for team in &mut told.teams {
+            team.players = [out; MOST_PLAYERS];
+            team.players[..3].fill(PlayerPacket::default());
+        }
+        assert_eq!(absent_substitutes(&told, numbers, &robots), []);
+        // Number 4 comes on for number 3.
+        told.teams[1].players[2] = out;
+        told.teams[1].players[3] = PlayerPacket::default();
+        assert_eq!(absent_substitutes(&told, numbers, &robots), [RobotId::new(Team::Blue, 4)]);
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub use team_messages::TeamMessages;
 
 use complaints::Complaints;
 use network::Network;
-use packet_series::{MatchStatus, PacketSeries};
+use packet_series::{MatchStatus, PACKETS_AFTER_END, PacketSeries};
 
 use crate::agents::LeagueNumbers;
 use naoisis_core::communication::deliver_messages;
@@ -218,4 +218,7 @@ fn take_reports(
 fn send_state(status: MatchStatus, mut controller: ResMut<GameController>) {
     let is_time = status.is_time();
     controller.send_state(&status, is_time);
+    if status.is_just_over() {
+        (0..PACKETS_AFTER_END).for_each(|_| controller.send_state(&status, true));
+    }
 }

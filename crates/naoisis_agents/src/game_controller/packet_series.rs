@@ -19,6 +19,8 @@ const PERIOD_S: f32 = 0.5;
 /// The time between two packets when a brief stop has begun, s, and their number after the first.
 const STOP_PERIOD_S: f32 = 0.2;
 const STOP_PACKETS: u64 = 5;
+/// The number of packets that follow the one of the final whistle: those of 5 s, which are not played.
+pub(super) const PACKETS_AFTER_END: u32 = 10;
 
 /// The resources and components from which packets are made.
 #[derive(SystemParam)]
@@ -32,16 +34,21 @@ pub(super) struct MatchStatus<'w, 's> {
 }
 
 impl MatchStatus<'_, '_> {
-    /// Whether a packet is due after this cycle: twice a second, more often when a brief stop has begun, and at the final whistle, after
-    /// which there may be no cycle.
+    /// Whether this cycle is that of the final whistle, after which there may be none.
+    pub fn is_just_over(&self) -> bool {
+        self.game.state == GameState::Finished && self.game.state_cycles == 0
+    }
+
+    /// Whether a packet is due after this cycle: twice a second, more often when a brief stop has begun, and at the final whistle.
     pub fn is_time(&self) -> bool {
-        let is_just_over = self.game.state == GameState::Finished && self.game.state_cycles == 0;
         let stop_period = u64::from(self.clock.cycles_in(STOP_PERIOD_S)).max(1);
         let in_burst = self
             .game
             .stop
             .is_some_and(|stop| stop.cycles.is_multiple_of(stop_period) && stop.cycles <= STOP_PACKETS * stop_period);
-        is_just_over || in_burst || self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
+        self.is_just_over()
+            || in_burst
+            || self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
     }
 
     /// The packet of the current state: the true one for monitors, the announced one for robots. Without `colours` it tells what the

@@ -127,7 +127,15 @@ fn gaze(offs: &[Off], into: &mut Calibration) {
         return;
     }
     let correlation = if offs.len() < 100 { None } else { jackknife_positive(&groups(offs, robot), correlation_s) };
-    into.add("vision.noise.gaze.correlation_s", correlation, &all, "fewer than a hundred sightings with `time_s`");
+    let lacks = if offs.len() < 100 {
+        format!("{} sightings with `time_s`; a hundred are needed", offs.len())
+    } else {
+        format!(
+            "successive errors are independent in these {} sightings, or more than {LONGEST_GAP_S} s apart",
+            offs.len()
+        )
+    };
+    into.add("vision.noise.gaze.correlation_s", correlation, &all, &lacks);
 }
 
 /// Returns the variance of the mean of one robot with correlated errors, from the means of stretches.
@@ -181,13 +189,16 @@ fn detection(sightings: &[Detection], word: &str, class: &str, into: &mut Calibr
             }
         }
         None => {
-            let missed = sightings.iter().filter(|sighting| !sighting.is_seen).count();
-            let words = format!(
-                "vision.noise.{class}: {} rows of `{word}`, {missed} of them not seen; {FOR_A_CURVE} rows are needed, those where it \
-                 was not seen included, from near and far",
-                sightings.len()
-            );
-            into.lacking.push(words);
+            let (rows, missed) = (sightings.len(), sightings.iter().filter(|sighting| !sighting.is_seen).count());
+            let needs = if rows < FOR_A_CURVE {
+                format!("{FOR_A_CURVE} rows are needed, those where it was not seen included, from near and far")
+            } else if missed == 0 {
+                "rows where it was not seen are needed, too".to_owned()
+            } else {
+                "they show no fall-off with distance; rows from near and far are needed".to_owned()
+            };
+            into.lacking
+                .push(format!("vision.noise.{class}: {rows} rows of `{word}`, {missed} of them not seen; {needs}"));
         }
     }
 }
