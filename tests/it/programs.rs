@@ -123,6 +123,17 @@ fn whatever_a_program_does_the_match_goes_on_and_the_trace_tells() {
 }
 
 #[test]
+fn a_match_whose_programs_are_all_lost_has_failed() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("misbehaving.py"), MISBEHAVING).unwrap();
+    let team = "exec:python3 misbehaving.py leaves";
+    let arguments = ["run", "match3v3", "--duration", "0.5", "--agent-start-timeout", "60", "--blue", team];
+    let output = naoisis(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("every robot that a program played has lost it"), "{}", text(&output.stderr));
+}
+
+#[test]
 fn who_plays_may_open_standard_input_and_output_by_their_paths() {
     let folder = tempfile::tempdir().unwrap();
     let program = MISBEHAVING

@@ -105,8 +105,8 @@ pub struct Firmware {
     pub(crate) visual_kick: Option<Aim>,
     /// The direction and power that the program told last, for a visual kick that begins later.
     pub(crate) told_aim: Aim,
-    /// Requests that were refused and reported.
-    pub(crate) reported: BTreeSet<i64>,
+    /// Requests that were refused, with the codes of their answers, and reported.
+    pub(crate) reported: BTreeSet<(i64, i64)>,
 }
 
 /// An answer: its code, and its body.
@@ -127,7 +127,7 @@ impl Firmware {
         let parameters = if body.trim().is_empty() { Ok(json!({})) } else { serde_json::from_str(body) };
         let answer = parameters.map_err(|_| status::BAD_REQUEST).and_then(|body: Value| self.answer(api, &body));
         if let Err(code) = answer
-            && self.reported.insert(api)
+            && self.reported.insert((api, code))
         {
             warn!("{}: request {api} of a Booster program was answered by {code}: {body}", self.name);
         }
@@ -278,8 +278,13 @@ impl Firmware {
             return command;
         }
         if let Some(kick) = &mut self.visual_kick {
-            let (velocity, request) = visual_kick::act(kick, ball, self.odometry, kicks);
-            (self.velocity, command.kick) = (velocity, request.filter(|_| self.body.is_free()));
+            if matches!(self.body, BodyStatus::Kicking) {
+                // It goes on as it did when the kick began.
+                kick.see(ball, self.odometry);
+            } else {
+                let (velocity, request) = visual_kick::act(kick, ball, self.odometry, self.velocity, kicks);
+                (self.velocity, command.kick) = (velocity, request.filter(|_| self.body.is_free()));
+            }
         }
         let Vec3 { x, y, z } = self.velocity;
         command.walk = Some(WalkCommand::at_velocity(x, y, z, clock));

@@ -26,6 +26,8 @@ const PRECISION: f32 = 0.15;
 
 /// The power of the fastest kick; half of it is a kick half as fast. A guess: the interface of agents says 1 to 10.
 const MOST_POWER: f32 = 10.0;
+/// The time from seeing the ball until the wind-up begins, s. A guess.
+const LATENCY_S: f32 = 0.1;
 /// How long the robot waits for a kick to begin before it kicks again, cycles.
 const BEGINNING_CYCLES: u32 = 10;
 
@@ -50,19 +52,31 @@ impl Aim {
         Self { heading: Some(heading), speed, ..default() }
     }
 
+    /// Keeps where the ball is that a robot at `odometry` sees at `ball`, m, robot frame.
+    pub fn see(&mut self, ball: Option<Vec2>, odometry: Pose) {
+        self.ball = match (ball, self.ball) {
+            (Some(ball), _) => Some((odometry.transform_point(ball), 0)),
+            (None, Some((ball, cycles))) if cycles < REMEMBERED_CYCLES => Some((ball, cycles + 1)),
+            _ => None,
+        };
+    }
+
     /// Takes direction and power from `other`.
     pub fn turn_to(&mut self, other: Aim) {
         (self.heading, self.speed) = (other.heading, other.speed);
     }
 }
 
-/// Velocity (m/s, m/s, rad/s) and kick of a robot at `odometry`, which sees the ball at `ball`, m, robot frame.
-pub fn act(aim: &mut Aim, ball: Option<Vec2>, odometry: Pose, kicks: &KickSettings) -> (Vec3, Option<KickRequest>) {
-    aim.ball = match (ball, aim.ball) {
-        (Some(ball), _) => Some((odometry.transform_point(ball), 0)),
-        (None, Some((ball, cycles))) if cycles < REMEMBERED_CYCLES => Some((ball, cycles + 1)),
-        _ => None,
-    };
+/// Velocity (m/s, m/s, rad/s) and kick of a robot at `odometry`, which walks with `velocity` and sees the ball at `ball`, m, robot frame. In a
+/// kick in walking it keeps its velocity.
+pub fn act(
+    aim: &mut Aim,
+    ball: Option<Vec2>,
+    odometry: Pose,
+    velocity: Vec3,
+    kicks: &KickSettings,
+) -> (Vec3, Option<KickRequest>) {
+    aim.see(ball, odometry);
     let Some((ball, _)) = aim.ball else { return (Vec3::ZERO, None) };
     let ball = odometry.inverse_transform_point(ball);
     if ball.length() > FURTHEST_M {
@@ -72,14 +86,16 @@ pub fn act(aim: &mut Aim, ball: Option<Vec2>, odometry: Pose, kicks: &KickSettin
     // Without a direction, straight on: with the ball before the foot that kicks.
     let straight_on = || angle_of(ball - Vec2::new(0.0, spot.y));
     let wanted = aim.heading.map_or_else(straight_on, |heading| wrap_angle(heading - odometry.heading));
-    let is_within_reach = kicks.geometry(kick).is_some_and(|geometry| geometry.admits(ball));
+    let going_on = if kicks.is_in_walk(kick) { velocity } else { Vec3::ZERO };
+    let struck = ball - going_on.truncate() * (kicks.wind_up_of_s(kick) + LATENCY_S);
+    let is_within_reach = kicks.geometry(kick).is_some_and(|geometry| geometry.admits(struck));
     if is_within_reach && wanted.abs() <= aims_within + PRECISION {
         let is_asked = aim.begins_within > 0;
         aim.begins_within = if is_asked { aim.begins_within - 1 } else { BEGINNING_CYCLES };
         let speed = aim.speed.unwrap_or(1.0);
         let request =
             KickRequest { direction: wanted.clamp(-aims_within, aims_within), ..KickRequest::new(kick, speed) };
-        return (Vec3::ZERO, (!is_asked).then_some(request));
+        return (going_on, (!is_asked).then_some(request));
     }
     // The robot turns to the ball on its way, and beside it in the direction of the kick.
     let is_near = ball.length() < 0.8;
@@ -107,10 +123,11 @@ mod tests {
     /// The kick of a robot that begins at the origin and moves exactly as the visual kick wants, the heading in which the ball leaves, and the
     /// time.
     fn kick_of(ball: Vec2, heading: Option<f32>) -> Option<(f32, f32)> {
-        let (mut robot, mut aim) = (Pose::default(), Aim { heading, ..default() });
+        let (mut robot, mut velocity, mut aim) = (Pose::default(), Vec3::ZERO, Aim { heading, ..default() });
         for cycle in 0..600 {
             let seen = robot.inverse_transform_point(ball);
-            let (velocity, kick) = act(&mut aim, Some(seen), robot, &KickSettings::default());
+            let (next, kick) = act(&mut aim, Some(seen), robot, velocity, &KickSettings::default());
+            velocity = next;
             if let Some(kick) = kick {
                 return Some((wrap_angle(robot.heading + kick.direction), cycle as f32 / 30.0));
             }
@@ -138,7 +155,7 @@ mod tests {
     fn a_ball_too_far_away_or_long_out_of_sight_is_left_alone() {
         assert_eq!(kick_of(Vec2::new(4.5, 0.0), None), None);
         let (mut aim, kicks) = (Aim::default(), KickSettings::default());
-        let mut moves = |ball| act(&mut aim, ball, Pose::default(), &kicks).0 != Vec3::ZERO;
+        let mut moves = |ball| act(&mut aim, ball, Pose::default(), Vec3::ZERO, &kicks).0 != Vec3::ZERO;
         assert!(!moves(None) && moves(Some(Vec2::X)) && moves(None));
         assert!((0..REMEMBERED_CYCLES).filter(|_| moves(None)).count() < REMEMBERED_CYCLES as usize);
         assert!(!moves(None));

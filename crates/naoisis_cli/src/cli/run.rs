@@ -24,7 +24,7 @@ use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::game::{Game, Rules};
 use naoisis_core::referee::report::report as match_report;
 use naoisis_core::robot::Roster;
-use naoisis_core::team::RobotId;
+use naoisis_core::team::{PerTeam, RobotId};
 use naoisis_record::batch::refuse_real_time;
 use naoisis_record::expectations::{self, Watch};
 use naoisis_record::record::RecordPlugin;
@@ -129,6 +129,8 @@ pub(super) fn run_match(
             report::note(&format!("the match ended before {save_at_s} s: it was saved at its end"));
         }
     }
+    let robots = remote_robots(app.world());
+    outcome.all_programs_lost = outcome.agents_lost != PerTeam::default() && free_robots(app.world()) == robots;
     agents::dismiss(app.world_mut(), words_of(outcome.reason));
     let status = finish(app.world_mut(), &outcome, started_at_cycle, wall_s, &mut printer, arguments);
     let status = match judge((program, &interrupt), &outcome, &scenario, &mut printer, &app, arguments) {
@@ -348,6 +350,10 @@ fn finish(
         return report::failure(message);
     }
     match outcome.broken_invariants.first() {
+        // Expectations decide where there are any.
+        None if outcome.all_programs_lost && arguments.expectations.expect.is_empty() => {
+            report::failure("every robot that a program played has lost it")
+        }
         None => ExitCode::SUCCESS,
         Some(first) => report::failure(&format!(
             "invariants were broken {} times; first at {first}",

@@ -22,6 +22,8 @@ pub struct Outcome {
     pub watch: Watch,
     /// Number of robots whose programs were lost.
     pub agents_lost: PerTeam<u32>,
+    /// Whether every robot that a program played has lost it.
+    pub all_programs_lost: bool,
     /// Number of refused commands of robots that programs play, by robot, command and reason.
     pub refused: BTreeMap<(RobotId, CommandKind, Refusal), u32>,
     /// Number of kicks that did not reach the ball of robots that programs play, by robot, kick and reason.

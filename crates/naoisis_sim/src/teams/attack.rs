@@ -100,7 +100,7 @@ pub fn go_for(
 
 /// The first and the last velocity of the legs (m/s, m/s, rad/s) until the player strikes in a kick in walking.
 fn walks_until_struck(player: &Player, memory: &PlayerMemory) -> [Vec3; 2] {
-    let fastest = Vec3::X * player.limits.max_linear_mps;
+    let fastest = Vec3::X * speed_in_kick_mps(player);
     match &player.limits.gait {
         _ if player.body != BodyStatus::Walking => [Vec3::ZERO; 2],
         Some(gait) => [memory.walks, gait.velocity_after(memory.walks, fastest, gait.step_s)],
@@ -108,9 +108,16 @@ fn walks_until_struck(player: &Player, memory: &PlayerMemory) -> [Vec3; 2] {
     }
 }
 
-/// A step straight on at full speed.
+/// The speed of a player in a kick in walking, m/s.
+fn speed_in_kick_mps(player: &Player) -> f32 {
+    /// Faster robots slow down: they would run into opponents behind the ball.
+    const FASTEST_MPS: f32 = 0.4;
+    player.limits.max_linear_mps.min(FASTEST_MPS)
+}
+
+/// A step straight on.
 fn straight_on(player: &Player) -> WalkCommand {
-    WalkCommand { dx: player.limits.max_linear_mps * player.period, ..default() }
+    WalkCommand { dx: speed_in_kick_mps(player) * player.period, ..default() }
 }
 
 /// Whether the player has stood and looked at a ball that lies right for long enough to kick it. The cameras of a robot with a gait sway

@@ -54,6 +54,7 @@ impl KickPlan {
     ) -> Option<Self> {
         let forward = own.forward();
         let turns_radps = 1.4 * (limits.max_angular / FRAC_PI_2).max(0.1);
+        let furthest_m = kicks.types().map(|kick| kicks.max_distance_m(kick)).fold(0.0, f32::max);
         let mut best: Option<(f32, Self)> = None;
         for kick_type in kicks.types() {
             let Some(geometry) = kicks.geometry(kick_type) else { continue };
@@ -72,7 +73,7 @@ impl KickPlan {
             };
             let is_side_kick = kick_type.is_side_kick();
             let reach_m = kicks.max_distance_m(kick_type);
-            let is_weak = is_side_kick || kicks.is_in_walk(kick_type);
+            let is_weak = is_side_kick || reach_m < furthest_m;
             let falls_short = is_weak && aim.is_shot && aim.distance_m > 0.7 * reach_m;
             let cost_of = |walk_s: f32| {
                 let cost_s = walk_s + detour_s + if is_side_kick { SIDE_KICK_COST_S } else { 0.0 };

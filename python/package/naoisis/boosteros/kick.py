@@ -18,6 +18,8 @@ _FASTEST_MPS, _FASTEST_RADPS, _GAIN_PER_S = 0.7, 1.2, 2.0
 _AROUND_M = 0.3
 # Greatest angle between the kick and its wanted direction, radians.
 _PRECISION = 0.15
+# The time from seeing the ball until the wind-up begins, s, and how long a kick may take to begin, cycles.
+_LATENCY_S, _BEGINNING_CYCLES = 0.1, 10
 # The power of a kick at full speed.
 MOST_POWER = 10.0
 
@@ -56,6 +58,9 @@ class Kick:
         self._power = MOST_POWER
         self._ball: Place | None = None
         self._age = 0
+        self._wind_up_s = float(kicks.get("wind_up_s") or 0.0)
+        self._velocity: Pose = (0.0, 0.0, 0.0)
+        self._begins_within = 0
 
     def aim(self, heading: float, power: float) -> None:
         """Keeps where the ball shall go, in the frame of odometry, and how fast."""
@@ -65,8 +70,15 @@ class Kick:
         """Keeps where the ball is, in the frame of the robot."""
         self._ball, self._age = to_world(odometry, ball), 0
 
-    def act(self, odometry: Pose) -> tuple[Pose, dict[str, Any] | None]:
-        """Velocity (m/s, m/s, rad/s) and kick of a cycle."""
+    def act(self, odometry: Pose, is_kicking: bool = False) -> tuple[Pose, dict[str, Any] | None]:
+        """Velocity (m/s, m/s, rad/s) and kick of a cycle. In a kick in walking the robot keeps its velocity."""
+        if is_kicking:
+            self._age += 1
+            return self._velocity, None
+        self._velocity, request = self._step(odometry)
+        return self._velocity, request
+
+    def _step(self, odometry: Pose) -> tuple[Pose, dict[str, Any] | None]:
         still = (0.0, 0.0, 0.0)
         if self._ball is None or self._age > _REMEMBERED_CYCLES:
             return still, None
@@ -76,14 +88,22 @@ class Kick:
         if chosen is None or math.hypot(*ball) > _FURTHEST_M:
             return still, None
         name, region = chosen
+        kick = self._kicks[name]
+        going_on = self._velocity if kick.get("in_walk") else still
+        until_s = (self._wind_up_s if kick.get("wind_up_s") is None else float(kick["wind_up_s"])) + _LATENCY_S
+        struck = ball[0] - going_on[0] * until_s, ball[1] - going_on[1] * until_s
         spot_x, spot_y = region["best_m"]
         most = math.radians(region["direction"]["chosen"]["most_deg"]) if isinstance(region["direction"], dict) else 0.0
         straight_on = math.atan2(ball[1] - spot_y, ball[0])
         wanted = straight_on if self._heading is None else wrap(self._heading - odometry[2])
         (x0, x1), (y0, y1) = region["x_m"], region["y_m"]
-        if x0 <= ball[0] <= x1 and y0 <= ball[1] <= y1 and abs(wanted) <= most + _PRECISION:
+        if x0 <= struck[0] <= x1 and y0 <= struck[1] <= y1 and abs(wanted) <= most + _PRECISION:
+            if self._begins_within > 0:
+                self._begins_within -= 1
+                return going_on, None
+            self._begins_within = _BEGINNING_CYCLES
             direction = math.degrees(min(max(wanted, -most), most))
-            return still, {"type": name, "speed": self._power / MOST_POWER, "direction_deg": direction}
+            return going_on, {"type": name, "speed": self._power / MOST_POWER, "direction_deg": direction}
         # The robot turns to the ball on its way, and beside it in the direction of the kick.
         turn = wanted if math.hypot(*ball) < 0.8 else math.atan2(ball[1], ball[0])
         behind_m = spot_x + _AROUND_M * min(abs(turn), 1.0)

@@ -117,7 +117,7 @@ class Firmware:
             return command
         velocity = self.velocity
         if self.kick is not None:
-            velocity, request = self.kick.act(self.odometry)
+            velocity, request = self.kick.act(self.odometry, self.body == "kicking")
             if request is not None and self.body in ("standing", "walking"):
                 command["kick"] = request
         if any(velocity):
