@@ -14,6 +14,7 @@ use naoisis_core::geometry::{Pose, to_radians, wrap_angle};
 use naoisis_core::pitch::JunctionShape;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
@@ -156,7 +157,7 @@ pub fn detections(percepts: &Percepts, view: &CameraView, body: &Body, sizes: Si
         .iter()
         .map(|post| object("Goalpost", post.position_m, post.confidence, 0.1, sizes.goal_height_m));
     let robots = percepts.robots.iter().map(|robot| DetectedObject {
-        color: robot.team.name().to_owned(),
+        color: robot.colour.and_then(Jersey::name).unwrap_or(robot.team.name()).to_owned(),
         ..object("Opponent", robot.position_m, robot.confidence, 2.0 * body.torso.half_width_m, body.height_m)
     });
     let marks = percepts.landmarks.iter().filter_map(|mark| {

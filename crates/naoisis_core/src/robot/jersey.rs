@@ -66,6 +66,11 @@ impl Jersey {
         (0..).zip(Self::COLOURS).find_map(|(code, (_, colour))| (colour == self).then_some(code))
     }
 
+    /// The name of the colour; `None` for `team`.
+    pub fn name(self) -> Option<&'static str> {
+        Self::COLOURS.iter().find_map(|(name, colour)| (*colour == self).then_some(*name))
+    }
+
     /// The colour with this code of the GameController. Unknown codes are grey.
     pub fn of_code(code: u8) -> Self {
         Self::COLOURS.get(usize::from(code)).map_or(Jersey::Grey, |(_, colour)| *colour)
@@ -80,6 +85,7 @@ mod tests {
     fn colours_have_the_codes_of_the_game_controller_and_their_names_in_files() {
         for (code, (name, colour)) in (0..).zip(Jersey::COLOURS) {
             assert_eq!((colour.code(), Jersey::of_code(code)), (Some(code), colour));
+            assert_eq!(colour.name(), Some(name));
             assert_eq!(serde_json::to_value(colour).unwrap(), name);
         }
         assert_eq!((Jersey::Team.code(), Jersey::of_code(77)), (None, Jersey::Grey));

@@ -332,7 +332,8 @@ mod tests {
                 0.1,
                 0.05,
             );
-            let mut filters = [KalmanLocaliser::placed(KalmanFilter::Extended, Pose::default()).found_at(start); 2];
+            let mut filters = [KalmanLocaliser::placed(KalmanFilter::Extended, start.pose); 2];
+            filters.iter_mut().for_each(|filter| filter.estimate = start);
             let bias = [stream.gaussian(NOISE.bias_sd), stream.gaussian(NOISE.bias_sd)];
             let mut drift = [stream.gaussian(NOISE.walking_sd), stream.gaussian(NOISE.walking_sd)];
             for turn in 0..cycles {

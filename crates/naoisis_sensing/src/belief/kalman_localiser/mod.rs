@@ -23,6 +23,9 @@ mod goals;
 pub(super) const PLACED_SD: [f32; 2] = [0.03, 0.02];
 /// Standard deviations of the pose of a robot that returns from a penalty, m and radians: it may have been put down nearby.
 pub(super) const RETURNED_SD: [f32; 2] = [0.4, 0.1];
+/// Standard deviations that are added to a pose that was found by a search, m and radians: particles are sparse, so that the best of them may
+/// be off by more than their spread.
+const FOUND_SD: [f32; 2] = [0.15, 0.06];
 /// Standard deviations that are added when sightings contradict the pose, m and radians.
 const LOST_SD: [f32; 2] = [0.3, 0.2];
 /// The greatest distance of a mark from the position at which it is seen, m.
@@ -57,6 +60,7 @@ impl KalmanLocaliser {
     /// The localiser for a robot that searched for its pose and found it. The estimated error of the cameras is kept.
     #[must_use]
     pub fn found_at(&self, estimate: PoseEstimate) -> Self {
+        let estimate = estimate.inflated(FOUND_SD[0], FOUND_SD[1]);
         Self { filter: self.filter, estimate, ..default() }.keeping_cameras_of(self)
     }
 
