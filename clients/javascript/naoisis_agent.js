@@ -25,7 +25,8 @@ async function play(decide, name = "", fields = [], hello = {}) {
   for await (const line of readline.createInterface({ input: process.stdin })) {
     const message = JSON.parse(line);
     if (message.end) return message.end;
-    if (message.refused) throw new Error(message.refused.reason);
+    // In a cycle, `refused` has the commands of the robot that were refused.
+    if (message.refused && message.cycle === undefined) throw new Error(message.refused.reason);
     welcome ??= message.welcome;
     if (message.cycle === undefined) continue;
     const answer = decide(message.perception, message.belief, welcome) ?? {};

@@ -111,6 +111,8 @@ impl ParticleFilter {
     pub(crate) fn returned(robot: RobotId, poses: [Pose; 2], landmarks: &Landmarks) -> Self {
         let mut filter = Self::around(robot, poses[0], RETURNED_SD[0], RETURNED_SD[1]);
         filter.gather_around_either(poses, LIKELIER, RETURNED_SD);
+        // Unlikely sightings make it look elsewhere, too.
+        filter.likelihood = [LIKELY; 2];
         if landmarks.are_symmetric() {
             filter.reckoned.extend(poses);
         }
