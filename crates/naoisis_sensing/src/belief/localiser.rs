@@ -74,7 +74,7 @@ impl Localiser {
         match self {
             Localiser::Kalman(own) => *own = KalmanLocaliser::placed(own.filter, pose).keeping_cameras_of(own),
             Localiser::Searching(_, kalman) => {
-                *self = Localiser::Kalman(KalmanLocaliser::placed(kalman.filter, pose).keeping_cameras_of(kalman))
+                *self = Localiser::Kalman(KalmanLocaliser::placed(kalman.filter, pose).keeping_cameras_of(kalman));
             }
             Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
         }
