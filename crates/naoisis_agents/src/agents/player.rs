@@ -48,7 +48,7 @@ impl AgentPlayer {
     }
 
     /// Whether a program plays the robot, or the program may still come.
-    pub(super) fn has_program(&self) -> bool {
+    pub fn has_program(&self) -> bool {
         self.0.is_some()
     }
 

@@ -129,8 +129,7 @@ pub(super) fn run_match(
             report::note(&format!("the match ended before {save_at_s} s: it was saved at its end"));
         }
     }
-    let robots = remote_robots(app.world());
-    outcome.all_programs_lost = outcome.agents_lost != PerTeam::default() && free_robots(app.world()) == robots;
+    outcome.all_programs_lost = outcome.agents_lost != PerTeam::default() && !is_any_played(app.world());
     agents::dismiss(app.world_mut(), words_of(outcome.reason));
     let status = finish(app.world_mut(), &outcome, started_at_cycle, wall_s, &mut printer, arguments);
     let status = match judge((program, &interrupt), &outcome, &scenario, &mut printer, &app, arguments) {
@@ -360,6 +359,15 @@ fn finish(
             outcome.broken_invariants.len()
         )),
     }
+}
+
+/// Returns whether a program still plays a robot.
+fn is_any_played(world: &World) -> bool {
+    let plays = |(_, entity)| {
+        world.get::<AgentPlayer>(entity).is_some_and(AgentPlayer::has_program)
+            || world.get::<PlayedElsewhere>(entity).is_some()
+    };
+    world.resource::<Roster>().iter().any(plays)
 }
 
 fn is_played_by_program(world: &World, robot: RobotId) -> bool {
