@@ -280,7 +280,7 @@ impl Firmware {
         if let Some(kick) = &mut self.visual_kick {
             if matches!(self.body, BodyStatus::Kicking) {
                 // It goes on as it did when the kick began.
-                kick.see(ball, self.odometry);
+                kick.see_in_kick(ball, self.odometry);
             } else {
                 let (velocity, request) = visual_kick::act(kick, ball, self.odometry, self.velocity, kicks);
                 (self.velocity, command.kick) = (velocity, request.filter(|_| self.body.is_free()));

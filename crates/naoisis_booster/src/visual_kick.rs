@@ -53,12 +53,18 @@ impl Aim {
     }
 
     /// Keeps where the ball is that a robot at `odometry` sees at `ball`, m, robot frame.
-    pub fn see(&mut self, ball: Option<Vec2>, odometry: Pose) {
+    fn see(&mut self, ball: Option<Vec2>, odometry: Pose) {
         self.ball = match (ball, self.ball) {
             (Some(ball), _) => Some((odometry.transform_point(ball), 0)),
             (None, Some((ball, cycles))) if cycles < REMEMBERED_CYCLES => Some((ball, cycles + 1)),
             _ => None,
         };
+    }
+
+    /// Keeps what the robot sees during a kick, which has begun.
+    pub fn see_in_kick(&mut self, ball: Option<Vec2>, odometry: Pose) {
+        self.begins_within = 0;
+        self.see(ball, odometry);
     }
 
     /// Takes direction and power from `other`.
@@ -148,6 +154,28 @@ mod tests {
         for ball in [Vec2::new(2.0, 0.0), Vec2::new(1.0, 1.0), Vec2::new(3.0, -2.0)] {
             let (left, _) = kick_of(ball, None).unwrap();
             assert!(wrap_angle(left - angle_of(ball)).abs() < 0.3, "{ball}: {left}");
+        }
+    }
+
+    #[test]
+    fn a_kick_is_asked_for_once_until_it_has_begun() {
+        let (mut aim, kicks) = (Aim::default(), KickSettings::default());
+        let spot = kicks.geometry(KickType::LeftStraight).unwrap().best_m;
+        let mut asks = |aim: &mut Aim| act(aim, Some(spot), Pose::default(), Vec3::ZERO, &kicks).1.is_some();
+        let asked: Vec<bool> = (0..4).map(|_| asks(&mut aim)).collect();
+        assert_eq!(asked, [true, false, false, false]);
+        aim.see_in_kick(Some(spot), Pose::default());
+        assert!(asks(&mut aim), "the next kick waits for nothing");
+    }
+
+    #[test]
+    fn the_power_is_a_share_of_the_fastest_kick_and_none_is_the_fastest() {
+        let kicks = KickSettings::default();
+        let spot = kicks.geometry(KickType::LeftStraight).unwrap().best_m;
+        for (power, speed) in [(0.0, 1.0), (5.0, 0.5), (10.0, 1.0), (60.0, 1.0)] {
+            let mut aim = Aim::new(0.0, power);
+            let kick = act(&mut aim, Some(spot), Pose::default(), Vec3::ZERO, &kicks).1;
+            assert_eq!(kick.map(|kick| kick.speed), Some(speed), "{power}");
         }
     }
 

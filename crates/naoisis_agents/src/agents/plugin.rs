@@ -16,7 +16,7 @@ use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::behaviour::remarks::Remarks;
 use naoisis_core::behaviour::{AskAhead, DecideSystems, Program};
 use naoisis_core::cycle::{Cycle, CycleClock, CyclePanic, CycleSystems, try_perceive};
-use naoisis_core::events::{AgentLoss, CommandKind, CycleEvents, KickMiss, MatchEvent, Refusal};
+use naoisis_core::events::{AgentLoss, CommandKind, CycleEvents, MatchEvent, Refusal};
 use naoisis_core::game::Game;
 use naoisis_core::robot::kick::UnknownKick;
 use naoisis_core::team::RobotId;
@@ -191,9 +191,7 @@ fn note_refusals(events: Res<CycleEvents>, mut players: Query<(&RobotId, &mut Ag
             MatchEvent::CommandRefused { robot, command, reason } if robot == id => {
                 Some(RefusedCommand { command: *command, reason: *reason })
             }
-            MatchEvent::Kick { robot, reason: Some(reason), .. }
-                if robot == id && reason.is_refusal() && *reason != KickMiss::NotANumber =>
-            {
+            MatchEvent::Kick { robot, reason: Some(reason), .. } if robot == id && reason.is_not_allowed() => {
                 Some(RefusedCommand { command: CommandKind::Kick, reason: Refusal::NotAllowed })
             }
             _ => None,

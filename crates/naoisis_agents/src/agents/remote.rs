@@ -16,7 +16,6 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sim::interface::vocabulary::{Perceived, Perception, RobotCommand};
 use naoisis_sim::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, wording};
-
 use naoisis_sim::simulation::{SensorRegistry, give_belief, resolved};
 use serde_json::Value;
 

@@ -68,9 +68,10 @@ pub enum KickMiss {
 }
 
 impl KickMiss {
-    /// Whether the robot itself knows that it did not kick. It does not know that it kicks past the ball.
-    pub fn is_refusal(self) -> bool {
-        !matches!(self, KickMiss::OutOfReach | KickMiss::NoBall)
+    /// Whether the robot itself knows that it may not kick now. It does not know that it kicks past the ball, and a speed that is no number
+    /// is a [refused command](super::MatchEvent::CommandRefused) of its own.
+    pub fn is_not_allowed(self) -> bool {
+        !matches!(self, KickMiss::OutOfReach | KickMiss::NoBall | KickMiss::NotANumber)
     }
 }
 

@@ -72,9 +72,8 @@ impl Localiser {
     /// Places the robot at `pose`, team frame.
     pub fn place(&mut self, pose: Pose) {
         match self {
-            Localiser::Kalman(own) => *own = KalmanLocaliser::placed(own.filter, pose).keeping_cameras_of(own),
-            Localiser::Searching(_, kalman) => {
-                *self = Localiser::Kalman(KalmanLocaliser::placed(kalman.filter, pose).keeping_cameras_of(kalman));
+            Localiser::Kalman(own) | Localiser::Searching(_, own) => {
+                *self = Localiser::Kalman(KalmanLocaliser::placed(own.filter, pose).keeping_cameras_of(own));
             }
             Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
         }
@@ -84,11 +83,8 @@ impl Localiser {
     /// position is known.
     pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
         match self {
-            Localiser::Kalman(own) => {
-                *own = KalmanLocaliser::returned(own.filter, landmarks, ball).keeping_cameras_of(own);
-            }
-            Localiser::Searching(_, kalman) => {
-                let returned = KalmanLocaliser::returned(kalman.filter, landmarks, ball).keeping_cameras_of(kalman);
+            Localiser::Kalman(own) | Localiser::Searching(_, own) => {
+                let returned = KalmanLocaliser::returned(own.filter, landmarks, ball).keeping_cameras_of(own);
                 *self = Localiser::Kalman(returned);
             }
             Localiser::Particles(filter) => {

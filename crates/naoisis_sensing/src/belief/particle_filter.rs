@@ -296,14 +296,19 @@ mod tests {
         Percepts { goal_posts: vec![post(Vec2::new(x, y)), post(Vec2::new(x, -y))], ..default() }
     }
 
-    fn observe(filter: &mut ParticleFilter, percepts: &Percepts, cycles: usize) {
-        let (landmarks, model) = (Landmarks::of(&Pitch::default()), LandmarkModel::default());
+    /// Calls `correct` with the same observation in each of these cycles.
+    fn observe_with(
+        percepts: &Percepts,
+        landmarks: &Landmarks,
+        cycles: usize,
+        mut correct: impl FnMut(&PitchObservation),
+    ) {
+        let model = LandmarkModel::default();
+        let own_end = End::NegativeX;
         for turn in 0..cycles {
-            filter.move_by(Pose::default(), 1.0 / 30.0, &StepError::default());
-            let own_end = End::NegativeX;
-            filter.correct(&PitchObservation {
+            correct(&PitchObservation {
                 percepts,
-                landmarks: &landmarks,
+                landmarks,
                 own_end,
                 image: IMAGE,
                 turn,
@@ -311,6 +316,13 @@ mod tests {
                 camera: None,
             });
         }
+    }
+
+    fn observe(filter: &mut ParticleFilter, percepts: &Percepts, cycles: usize) {
+        observe_with(percepts, &Landmarks::of(&Pitch::default()), cycles, |observation| {
+            filter.move_by(Pose::default(), 1.0 / 30.0, &StepError::default());
+            filter.correct(observation);
+        });
     }
 
     #[test]
@@ -328,23 +340,12 @@ mod tests {
         let pitch = spl2025();
         let landmarks = Landmarks::of(&pitch);
         let was = Pose::new(-2.5, 1.0, 2.9);
-        let model = LandmarkModel::default();
         for number in 1..=8 {
             let truth = Pose::new(-2.9, 0.6, 2.6);
             let robot = RobotId::new(Team::Blue, number);
             let mut filter = ParticleFilter::search(robot, was, &landmarks);
             let percepts = own_goal_from(truth, &pitch);
-            for turn in 0..90 {
-                filter.correct(&PitchObservation {
-                    percepts: &percepts,
-                    landmarks: &landmarks,
-                    own_end: End::NegativeX,
-                    image: Vec2::new(320.0, 240.0),
-                    turn,
-                    model: &model,
-                    camera: None,
-                });
-            }
+            observe_with(&percepts, &landmarks, 90, |observation| filter.correct(observation));
             let pose = filter.estimate().pose;
             assert!(pose.position.distance(truth.position) < 0.4, "{number} {pose:?}");
         }
@@ -354,7 +355,6 @@ mod tests {
     fn a_robot_that_returns_at_either_side_sees_which_one_it_is() {
         let pitch = spl2025();
         let landmarks = Landmarks::of(&pitch);
-        let model = LandmarkModel::default();
         for number in 1..=8 {
             for (believed_y, side) in [(0.3, 0), (0.3, 1), (-2.5, 0), (-2.5, 1)] {
                 let truth = waiting_poses(&landmarks, believed_y)[side].compose(Pose::new(0.2, -0.3, 0.1));
@@ -362,20 +362,7 @@ mod tests {
                 let mut own = Localiser::placed(LocalisationMethod::Unscented, robot, Pose::new(-1.0, believed_y, 0.0));
                 own.come_back_where_it_waited(robot, &landmarks);
                 let percepts = own_goal_from(truth, &pitch);
-                for turn in 0..120 {
-                    own.correct(
-                        robot,
-                        &PitchObservation {
-                            percepts: &percepts,
-                            landmarks: &landmarks,
-                            own_end: End::NegativeX,
-                            image: Vec2::new(320.0, 240.0),
-                            turn,
-                            model: &model,
-                            camera: None,
-                        },
-                    );
-                }
+                observe_with(&percepts, &landmarks, 120, |observation| own.correct(robot, observation));
                 let pose = own.estimate().pose;
                 let is_found = matches!(own, Localiser::Kalman(_)) && pose.position.distance(truth.position) < 0.2;
                 assert!(is_found, "robot {number} at side {side} of {believed_y}: {pose:?}");

@@ -73,6 +73,7 @@ class Kick:
     def act(self, odometry: Pose, is_kicking: bool = False) -> tuple[Pose, dict[str, Any] | None]:
         """Velocity (m/s, m/s, rad/s) and kick of a cycle. In a kick in walking the robot keeps its velocity."""
         if is_kicking:
+            self._begins_within = 0
             self._age += 1
             return self._velocity, None
         self._velocity, request = self._step(odometry)
