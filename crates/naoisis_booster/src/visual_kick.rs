@@ -161,7 +161,7 @@ mod tests {
     fn a_kick_is_asked_for_once_until_it_has_begun() {
         let (mut aim, kicks) = (Aim::default(), KickSettings::default());
         let spot = kicks.geometry(KickType::LeftStraight).unwrap().best_m;
-        let mut asks = |aim: &mut Aim| act(aim, Some(spot), Pose::default(), Vec3::ZERO, &kicks).1.is_some();
+        let asks = |aim: &mut Aim| act(aim, Some(spot), Pose::default(), Vec3::ZERO, &kicks).1.is_some();
         let asked: Vec<bool> = (0..4).map(|_| asks(&mut aim)).collect();
         assert_eq!(asked, [true, false, false, false]);
         aim.see_in_kick(Some(spot), Pose::default());
