@@ -199,7 +199,9 @@ impl Leaves {
                 fields.map(|(index, field)| (index, field.name().to_owned(), field.type_info())).collect()
             }
             VariantInfo::Tuple(fields) => {
-                fields.iter().map(|field| (field.index(), String::new(), field.type_info())).collect()
+                let is_only = fields.field_len() == 1;
+                let name = |index: usize| if is_only { String::new() } else { (index + 1).to_string() };
+                fields.iter().map(|field| (field.index(), name(field.index()), field.type_info())).collect()
             }
             VariantInfo::Unit(_) => Vec::new(),
         };
@@ -286,6 +288,7 @@ mod tests {
         Wait,
         GoTo { place_m: Vec2 },
         Kick(f32),
+        Turn(f32, u8),
     }
 
     #[derive(Component, Reflect)]
@@ -318,13 +321,15 @@ mod tests {
                 "game mind: plan, go to, place x",
                 "game mind: plan, go to, place y",
                 "game mind: plan, kick",
+                "game mind: plan, turn 1",
+                "game mind: plan, turn 2",
                 "game mind: tries 1",
                 "game mind: tries 2",
                 "game mind: others, count",
             ]
         );
         let units: Vec<&str> = known().iter().map(|field| field.unit.symbol()).collect();
-        assert_eq!(units, ["", "s", "", "m", "m", "", "", "", ""]);
+        assert_eq!(units, ["", "s", "", "m", "m", "", "", "", "", "", ""]);
     }
 
     #[test]
@@ -345,10 +350,13 @@ mod tests {
             known().into_iter().map(read).collect()
         };
         let tail = [Some(3.0), Some(4.0), Some(5.0)];
-        assert_eq!(values(&mind), [&[Some(1.0), None, Some(0.0), None, None, None][..], &tail].concat());
+        assert_eq!(values(&mind), [&[Some(1.0), None, Some(0.0), None, None, None, None, None][..], &tail].concat());
         (mind.seen_s, mind.plan) = (Some(2.5), Plan::GoTo { place_m: Vec2::new(7.0, 8.0) });
-        assert_eq!(values(&mind), [&[Some(1.0), Some(2.5), Some(1.0), Some(7.0), Some(8.0), None][..], &tail].concat());
+        let going = [Some(1.0), Some(2.5), Some(1.0), Some(7.0), Some(8.0), None, None, None];
+        assert_eq!(values(&mind), [&going[..], &tail].concat());
         mind.plan = Plan::Kick(0.5);
-        assert_eq!(values(&mind)[2..6], [Some(2.0), None, None, Some(0.5)]);
+        assert_eq!(values(&mind)[2..8], [Some(2.0), None, None, Some(0.5), None, None]);
+        mind.plan = Plan::Turn(0.25, 3);
+        assert_eq!(values(&mind)[2..8], [Some(3.0), None, None, None, Some(0.25), Some(3.0)]);
     }
 }
