@@ -130,7 +130,7 @@ impl PacketSource<'_> {
             false => SetPlayStatus::of(&set_play, self.rules, self.clock).team,
         };
         match (self.game.shoot_out, self.game.set_play) {
-            (Some(shoot_out), _) => Some(shoot_out.team),
+            (Some(shoot_out), _) => Some(shooting_team(&shoot_out)),
             (None, Some(set_play)) => is_told(set_play),
             (None, None) => match self.game.state {
                 GameState::Playing | GameState::Finished => None,
@@ -149,7 +149,7 @@ impl PacketSource<'_> {
         }
         let messages_left = self.game.messages_left.map_or(u32::MAX, |left| left[team]);
         let shoot_out = self.game.shoot_out;
-        let shoots = shoot_out.is_some_and(|shoot_out| shoot_out.team == team && shoot_out.winner.is_none());
+        let shoots = shoot_out.is_some_and(|shoot_out| shooting_team(&shoot_out) == team);
         let (taken, goals) = shoot_out.map_or((0, 0), |shoot_out| (shoot_out.taken[team], shoot_out.goals[team]));
         let byte = |number: u32| u8::try_from(number).unwrap_or(u8::MAX);
         TeamPacket {
@@ -183,6 +183,11 @@ impl PacketSource<'_> {
             ..cautioned
         }
     }
+}
+
+/// The team that shoots, and after the last shot the one that took it.
+fn shooting_team(shoot_out: &ShootOut) -> Team {
+    if shoot_out.winner.is_some() { shoot_out.team.opponent() } else { shoot_out.team }
 }
 
 /// The number of seconds, rounded up as in the countdown of a GameController.
@@ -342,6 +347,16 @@ mod tests {
         // After the shot it is still blue's, and the sides have not changed: pink is on the left in a game that goes on with blue there.
         assert_eq!(told(0), (GameState::Finished, (2, 0, 1), (3, 1, 0)));
         assert_eq!(told(30), (GameState::Set, (3, 1, 1), (2, 1, 0)));
+    }
+
+    #[test]
+    fn after_the_last_shot_it_is_still_the_one_of_its_team() {
+        let taken = Score { blue: 3, pink: 3 };
+        let shoot_out = ShootOut { team: Team::Blue, taken, winner: Some(Team::Blue), ..ShootOut::default() };
+        let game = Game { state: GameState::Finished, shoot_out: Some(shoot_out), ..Game::default() };
+        let told = packet(&game, &Rules::default(), &robots(), false);
+        assert_eq!((told.kicking_team, told.teams[0].goalkeeper, told.teams[1].goalkeeper), (Some(12), 1, 0));
+        assert_eq!((told.teams[0].shots, told.teams[1].shots), (3, 3));
     }
 
     #[test]
