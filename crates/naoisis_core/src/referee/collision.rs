@@ -5,6 +5,7 @@
 //!
 //! - The relevant speed is that of a robot's intended walk towards the other, along the line between them.
 //! - A standing robot is never responsible; of two walking robots the faster one is, and at equal speeds both are.
+//! - A robot that kicks a ball in its reach counts as standing, also where it walks on while it kicks (HSL 2026, 12.3.4).
 //! - Neither is responsible if the two face each other with the ball between them: they fight for it.
 //! - A robot whose side touches another on its way to the ball is exempt if [`Rules::side_contacts`](crate::game::Rules) says so.
 //! - A contact below a least speed is not an offence.
@@ -23,6 +24,8 @@ const FACING_COSINE: f32 = 0.5;
 /// The ball is between two robots if its distance from the line between their origins is at most half the width of the wider
 /// one plus this, m.
 const HAND_M: f32 = 0.1;
+/// The ball is in reach of a kick within this distance from the robot, m, which it may roll during the kick.
+const KICK_REACH_M: f32 = 1.0;
 
 /// Which of the robots with the indices `pair` are responsible for their collision, which has lasted for `contact_cycles`.
 pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2], contact_cycles: u64) -> [bool; 2] {
@@ -37,7 +40,10 @@ pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2], contact_cy
     let is_long = rules.push_contact_s.is_some_and(|seconds| contact_cycles > snapshot.cycles(seconds));
     let least_mps = if is_long { 0.0 } else { rules.collision_speed_mps };
     let both = rules.chest_to_chest_penalises_both && face_each_other(a, b);
-    let speeds = [approach_speed(a, b), approach_speed(b, a)];
+    let speeds = [[a, b], [b, a]].map(|[robot, other]| match kicks_ball(snapshot, robot) {
+        true => 0.0,
+        false => approach_speed(robot, other),
+    });
     let margin = match rules.equal_speeds_penalise_both {
         true => -EQUAL_SPEEDS_MPS,
         // Front to front, the faster robot must be clearly faster.
@@ -52,6 +58,12 @@ pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2], contact_cy
             && !(rules.obstruction && steps_into_way(snapshot, other, robot))
     };
     [is_responsible(speeds, a, b), is_responsible([speeds[1], speeds[0]], b, a)]
+}
+
+/// Whether `robot` kicks a ball that was in its reach.
+fn kicks_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    robot.is_kicking
+        && place_of_ball(snapshot).is_some_and(|ball| ball.distance(robot.previous.position) < KICK_REACH_M)
 }
 
 /// Whether the rules let `robot` touch `other` with its side.
@@ -149,6 +161,17 @@ mod tests {
     fn a_standing_robot_is_never_responsible() {
         assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.2, 0.0])), [BLUE2]);
         assert_eq!(penalised(&face_to_face()), []);
+    }
+
+    #[test]
+    fn a_robot_that_kicks_a_ball_in_reach_counts_as_standing() {
+        let kicking = |ball: [f32; 2]| {
+            let mut situation = face_to_face().walking(BLUE2, [0.2, 0.0]).walking(PINK2, [-0.1, 0.0]);
+            situation.robot_mut(BLUE2).is_kicking = true;
+            penalised(&situation.ball_rolled(ball, ball))
+        };
+        assert_eq!(kicking([1.0, 0.9]), [PINK2]);
+        assert_eq!(kicking([1.0, 1.1]), [BLUE2]);
     }
 
     #[test]
