@@ -1,9 +1,13 @@
 //! Robots that are picked up, whose programs start again, and whose motors get hot.
 
-use crate::support::{blue, collect_events, match_of};
+use crate::support::{blue, collect_events, headless_app, match_of};
+use naoisis::agents::RobotCommand;
+use naoisis::communication::MessageStatistics;
 use naoisis::events::MatchEvent;
 use naoisis::game::PenaltyReason;
+use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::prelude::*;
+use naoisis::record::RecordPlugin;
 
 /// What happens in `seconds` of a match in which a robot walks ahead with these breakdowns, and how far it gets, m.
 fn walk(breakdowns: &str, rules: &str, seconds: usize) -> (Vec<(u64, MatchEvent)>, f32) {
@@ -47,6 +51,27 @@ fn a_robot_whose_program_starts_again_stands_until_it_has() {
     let stood_s = 4.0 * restarts as f32;
     assert!((way_m - 0.1 * (60.0 - stood_s)).abs() < 0.5, "{way_m} m with {restarts} starts");
     assert_eq!(walk(r#"{ "restarts_per_hour": 1000, "restart_s": 4 }"#, r#""free""#, 60), (events, way_m));
+}
+
+#[test]
+fn a_robot_whose_program_starts_again_commands_nothing_and_says_nothing() {
+    let restarts = r#""breakdowns": { "restarts_per_hour": 400, "restart_s": 4 }"#;
+    let scenario = format!(r#"{{ "teams": {{ "blue": "roles", "pink": "roles" }}, {restarts} }}"#);
+    let mut app = headless_app();
+    app.add_plugins(RecordPlugin).start_match(&Scenario::from_json(&scenario).unwrap()).unwrap();
+    gather_start(app.world_mut());
+    let (mut said, mut held) = (0, 0);
+    for _ in 0..30 * 60 {
+        app.run_cycles(1);
+        for robot in &app.world().resource::<CurrentRecord>().record.robots {
+            let command = robot.command.clone().unwrap_or_default();
+            said += u32::from(command.say.is_some());
+            held += u32::from(command == RobotCommand::default());
+        }
+    }
+    let statistics = app.world().resource::<MessageStatistics>();
+    assert_eq!(said, statistics.blue.sent + statistics.pink.sent);
+    assert!(said > 1000 && held > 1000, "{said} {held}");
 }
 
 #[test]

@@ -46,7 +46,7 @@ impl Plugin for BreakdownsPlugin {
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct Commanded {
-    condition: &'static mut Condition,
+    condition: &'static Condition,
     walk: &'static mut WalkCommand,
     angles: &'static HeadAngles,
     head: &'static mut HeadCommand,
@@ -60,7 +60,6 @@ fn hold_restarting(mut robots: Query<Commanded>) {
         if robot.condition.is_running() {
             continue;
         }
-        robot.condition.restart_cycles_left -= 1;
         *robot.walk = WalkCommand::default();
         *robot.kick = KickCommand::default();
         *robot.posture = PostureCommand::default();
@@ -91,6 +90,9 @@ fn break_down(
     let period = clock.period();
     for (id, entity) in roster.iter() {
         let Ok(mut robot) = robots.get_mut(entity) else { continue };
+        if !robot.condition.is_running() {
+            robot.condition.restart_cycles_left -= 1;
+        }
         let breakdowns = *robot.breakdowns;
         if breakdowns == Breakdowns::default() {
             continue;

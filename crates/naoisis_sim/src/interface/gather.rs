@@ -19,6 +19,7 @@ use naoisis_core::cycle::{Cycle, CycleClock, CycleHalf, CycleSystems};
 use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::game::{Game, Penalty, Rules};
 use naoisis_core::geometry::Pose;
+use naoisis_core::robot::condition::Condition;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::RobotId;
@@ -206,10 +207,18 @@ fn gather_again(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
     (current.commands, current.gathered) = (commands, gathered);
 }
 
-fn note_commands(mut current: ResMut<CurrentRecord>, robots: Query<(&RobotId, Commanded)>, ticks: SystemChangeTick) {
+fn note_commands(
+    mut current: ResMut<CurrentRecord>,
+    robots: Query<(&RobotId, Commanded, Option<&Condition>)>,
+    ticks: SystemChangeTick,
+) {
     let (since, now) = (current.gathered, ticks.this_run());
     current.commands.clear();
-    current.commands.extend(robots.iter().map(|(id, robot)| (*id, robot.command(since, now))));
+    current.commands.extend(robots.iter().map(|(id, robot, condition)| {
+        // What a player decides while its program restarts reaches nobody.
+        let is_running = condition.is_none_or(Condition::is_running);
+        (*id, if is_running { robot.command(since, now) } else { RobotCommand::default() })
+    }));
 }
 
 fn gather_record(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
