@@ -94,6 +94,7 @@ impl Distortion {
     }
 
     /// Whether there is no distortion, as in a pinhole camera.
+    #[inline]
     pub fn is_none(&self) -> bool {
         self.is_none
     }

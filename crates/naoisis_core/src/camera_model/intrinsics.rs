@@ -89,6 +89,7 @@ impl CameraIntrinsics {
 
     /// Half the size of the smallest image of a pinhole camera, centred at the principal point, that contains everything in this camera's
     /// image, pixels.
+    #[inline]
     pub fn half_size(&self) -> Vec2 {
         self.half_size
     }
@@ -99,11 +100,13 @@ impl CameraIntrinsics {
     }
 
     /// The pixel of a ray with this slope: to the right and down, per unit ahead.
+    #[inline]
     pub fn pixel(&self, slope: Vec2) -> Vec2 {
         self.centre + self.focal * self.distortion.distorted(slope)
     }
 
     /// The slope of the ray of a pixel.
+    #[inline]
     pub fn slope(&self, pixel: Vec2) -> Vec2 {
         self.distortion.undistorted((pixel - self.centre) / self.focal)
     }

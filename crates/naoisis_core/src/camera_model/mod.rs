@@ -63,6 +63,16 @@ impl CameraViews {
         }
     }
 
+    /// Sets the views of the same cameras as in `others`, with the head at the angles `head`.
+    pub fn set_as(&mut self, others: &CameraViews, mounts: &CameraMounts, neck: Vec3, head: HeadAngles) {
+        let (yaw, pitch) = (unit(head.yaw), unit(head.pitch));
+        self.views.clear();
+        let cameras = others.views.iter().zip(mounts.iter());
+        self.views
+            .extend(cameras.map(|(other, mount)| CameraView::from_units(other.intrinsics, mount, neck, yaw, pitch)));
+        self.names.clone_from(&others.names);
+    }
+
     /// The names of the cameras.
     pub fn names(&self) -> &[CameraName] {
         &self.names
@@ -157,12 +167,14 @@ impl CameraView {
     }
 
     /// A point of the robot frame in the camera's frame: to the right, down and ahead of the lens, m.
+    #[inline]
     pub fn camera_from_robot(&self, point: Vec3) -> Vec3 {
         let offset = point - self.lens;
         Vec3::new(self.right.dot(offset), self.down.dot(offset), self.forward.dot(offset))
     }
 
     /// The pixel of a point in front of the lens (robot frame, m), inside the image or not.
+    #[inline]
     pub fn project(&self, point: Vec3) -> Option<Vec2> {
         let in_camera = self.camera_from_robot(point);
         (in_camera.z >= NEAR_PLANE_M).then(|| self.pixel_of(in_camera))
@@ -176,6 +188,7 @@ impl CameraView {
     }
 
     /// Whether a part of the ball with `radius`, m, around `centre`, robot frame, may be in the image. Conservative.
+    #[inline]
     pub fn may_see(&self, centre: Vec3, radius: f32) -> bool {
         let in_camera = self.camera_from_robot(centre);
         let (focal, half_size) = (self.intrinsics.focal, self.intrinsics.half_size());
@@ -186,6 +199,7 @@ impl CameraView {
     }
 
     /// Whether the whole ball with `radius`, m, around `centre`, robot frame, is certainly in the image. Conservative.
+    #[inline]
     pub fn surely_sees(&self, centre: Vec3, radius: f32) -> bool {
         let in_camera = self.camera_from_robot(centre);
         let CameraIntrinsics { focal, centre, size, distortion, .. } = self.intrinsics;
@@ -214,6 +228,7 @@ impl CameraView {
     /// The side of the view on which `place`, robot frame, m, certainly is, for every height between the ground and twice the height
     /// of the lens and every pitch of the head: [`ViewSide::Inside`] if it may be in view. A segment with both ends on one side is
     /// not in view. Conservative by some centimetres, so that it holds for both cameras of the head.
+    #[inline]
     pub fn side_of(&self, place: Vec2) -> ViewSide {
         let offset = place - self.lens.truncate();
         let left = -self.right.truncate().dot(offset);
@@ -230,12 +245,14 @@ impl CameraView {
     }
 
     /// Whether a pixel is in the image: [0, width) x [0, height).
+    #[inline]
     pub fn contains(&self, pixel: Vec2) -> bool {
         let size = self.intrinsics.size;
         pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < size.x && pixel.y < size.y
     }
 
     /// The direction in which a pixel looks, robot frame, with a unit component along [`CameraView::forward`].
+    #[inline]
     pub fn ray(&self, pixel: Vec2) -> Vec3 {
         let slope = self.intrinsics.slope(pixel);
         self.forward + slope.x * self.right + slope.y * self.down
@@ -243,6 +260,7 @@ impl CameraView {
 
     /// The point on the plane `height` m above the ground at which a pixel looks: x and y in the robot frame, m. `None` if the ray is
     /// parallel to the plane or leads away from it.
+    #[inline]
     pub fn point_at_height(&self, pixel: Vec2, height: f32) -> Option<Vec2> {
         let ray = self.ray(pixel);
         let distance = (height - self.lens.z) / ray.z;
@@ -325,6 +343,7 @@ impl CameraView {
         pixel.distance_squared(self.intrinsics.centre)
     }
 
+    #[inline]
     fn pixel_of(&self, in_camera: Vec3) -> Vec2 {
         let CameraIntrinsics { focal, centre, distortion, .. } = self.intrinsics;
         if distortion.is_none() {

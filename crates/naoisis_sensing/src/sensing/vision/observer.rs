@@ -53,7 +53,7 @@ impl Views {
         self.look_as_believed = measured == HeadAngles { yaw, pitch };
         cameras.update_views(body, measured, &mut self.believed);
         if !self.look_as_believed {
-            cameras.update_views(body, HeadAngles { yaw, pitch }, &mut self.actual);
+            self.actual.set_as(&self.believed, &cameras.mounts, body.neck_m, HeadAngles { yaw, pitch });
         }
     }
 
