@@ -26,7 +26,7 @@ use crate::support::{blue, headless_app, naoisis, pink, text};
 /// highest, 32,012, is below those that systems give to sockets that ask for any.
 pub(crate) fn port_offsets(count: usize) -> u16 {
     /// More than all tests of this crate use.
-    const MOST: usize = 22;
+    const MOST: usize = 24;
     static FIRST: OnceLock<u16> = OnceLock::new();
     static TAKEN: AtomicUsize = AtomicUsize::new(0);
     let first = *FIRST.get_or_init(|| {
@@ -568,4 +568,61 @@ fn a_gamecontroller_that_broadcasts_is_heard_and_the_match_does_not_hear_itself(
     say(GameState::Set);
     app.run_cycles(1);
     assert_eq!(app.game().state, GameState::Set);
+}
+
+#[test]
+fn a_brief_stop_is_told_in_a_burst_and_the_clocks_stand_in_it() {
+    let (offset, control) = free_ports();
+    // The ball rolls over the side line, and the kick-in begins with a stop of three seconds.
+    let scenario = r#"{ "league": "hsl2026_middle", "rules": { "preset": "naoisis", "ball_out": true, "ball_out_restart": "free_kick", "free_kick_stop_s": 3 },
+        "ball": { "position_m": [1, 4.2], "velocity_mps": [0, 1.5] },
+        "robots": [ { "team": "blue", "number": 2, "pose": [-3, 1, 0], "behaviour": "idle" } ] }"#;
+    let mut app = told_match(scenario, settings(ProtocolVersion::V20, offset));
+    // The time of each packet with its number of cycles since the stop began, and the seconds that are left.
+    let (mut since_stop, mut told) = (None, Vec::new());
+    for _ in 0..5 * 30 {
+        app.run_cycles(1);
+        let is_stopped = app.game().stop.is_some();
+        since_stop = is_stopped.then(|| since_stop.map_or(0, |cycles| cycles + 1));
+        told.extend(packets(&control).into_iter().map(|packet| (since_stop, packet.is_stopped, packet.seconds_left)));
+    }
+    let in_stop: Vec<_> = told.iter().filter(|(.., is_stopped, _)| *is_stopped).collect();
+    let seconds: Vec<i16> = in_stop.iter().map(|(.., seconds)| *seconds).collect();
+    assert!(seconds.windows(2).all(|pair| pair[0] == pair[1]), "{seconds:?}");
+    // At once and five times at 200 ms, in addition to those at every half second.
+    let cycles: Vec<_> = in_stop.iter().filter_map(|(since_stop, ..)| *since_stop).collect();
+    assert!((0..=5).all(|number| cycles.contains(&(number * 6))), "{cycles:?}");
+    assert!(cycles.len() <= 6 + 6, "{cycles:?}");
+    assert!(told.first().is_some_and(|(.., is_stopped, _)| !is_stopped));
+    assert!(told.last().is_some_and(|(.., is_stopped, _)| !is_stopped), "play goes on");
+}
+
+#[test]
+fn a_real_gamecontroller_stops_a_match_briefly() {
+    let (offset, control) = free_ports();
+    drop(control);
+    let mut app = headless_app();
+    let scenario = r#"{ "rules": "hsl2026", "robots": [
+        { "team": "blue", "number": 2, "pose": [-1, 0.5, 0], "behaviour": { "script": [ { "until_s": 60, "walk": [0.004, 0, 0] } ] } },
+        { "team": "pink", "number": 3, "pose": [1, -0.5, 180], "behaviour": "idle" } ] }"#;
+    app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+    game_controller::listen_to(app.world_mut(), Listener::open(Ipv4Addr::LOCALHOST.into(), offset, None).unwrap());
+    let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    let say = |app: &mut App, is_stopped| {
+        let packet = ControlPacket { state: GameState::Playing, is_stopped, ..said(ProtocolVersion::V20) };
+        operator.send_to(&packet.to_bytes(), (Ipv4Addr::LOCALHOST, 3838 + offset)).unwrap();
+        app.run_cycles(2);
+        app.robot::<GameStatus>(blue(2)).unwrap().stopped
+    };
+    let place = |app: &App| app.robot_pose(blue(2)).unwrap().position;
+    assert!(!say(&mut app, false));
+    assert!(say(&mut app, true), "the robot is told");
+    // Its behaviour walks on. A real GameController decides what that means: nobody is penalised here.
+    app.run_cycles(60);
+    assert!(app.game().stop.is_some() && !app.robot::<Penalty>(blue(2)).unwrap().is_active());
+    assert!(!say(&mut app, false));
+    assert!(app.game().stop.is_none());
+    let before = place(&app);
+    app.run_cycles(60);
+    assert!(place(&app).x > before.x + 0.05, "it walks on");
 }

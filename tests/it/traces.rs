@@ -374,7 +374,8 @@ fn the_guide_describes_every_field_of_a_trace() {
         "balls": [{ "position_m": [2, 0.2] }, { "position_m": [2, -0.2] }] }"#;
     look_at(&whole_trace(&Scenario::from_json(several_balls).unwrap(), 0.1));
     let other_keeper = r#"{ "rules": { "preset": "spl2025", "substitutes": 1, "clock": false }, "teams": { "blue": "roles", "pink": "roles" },
-        "interventions": [{ "at_s": 0, "do": { "substitute": { "robot": "blue1", "by": "blue8" } } }], "field": "spl2025" }"#;
+        "interventions": [{ "at_s": 0, "do": { "substitute": { "robot": "blue1", "by": "blue8" } } }, { "at_s": 0.1, "do": "stop" }],
+        "field": "spl2025" }"#;
     look_at(&whole_trace(&Scenario::from_json(other_keeper).unwrap(), 0.2));
     let mut app = headless_app();
     app.add_sensor::<Clock, Time, _>("clock", || {});

@@ -119,8 +119,14 @@ impl Listener {
         Self { tells_monitors: true, ..self }
     }
 
-    /// The newest directions of the GameController since the last call, if there are any.
-    fn heard(&mut self, time_s: f64, robots: &[RobotId], rules: &Rules) -> Option<OutsideReferee> {
+    /// The newest directions of the GameController since the last call, if there are any; `before` are those of the last call.
+    fn heard(
+        &mut self,
+        time_s: f64,
+        robots: &[RobotId],
+        rules: &Rules,
+        before: &OutsideReferee,
+    ) -> Option<OutsideReferee> {
         let mut said = None;
         let mut bytes = [0; 256];
         for _ in 0..MOST_PACKETS {
@@ -155,7 +161,7 @@ impl Listener {
                     rules.substitutes
                 ));
             }
-            said = directions(&packet, numbers, robots, rules).or(said);
+            said = directions(&packet, numbers, robots, rules, before.half).or(said);
         }
         said
     }
@@ -239,7 +245,7 @@ pub(super) fn listen(
             .complaints
             .add(format!("packets have no room for {robot}: their players have numbers up to {MOST_PLAYERS}"));
     }
-    let said = listener.heard(clock.start_time_s(), &robots, &rules);
+    let said = listener.heard(clock.start_time_s(), &robots, &rules, &outside);
     listener.complaints.publish(&mut events);
     if let Some(said) = said {
         outside.set_if_neq(said);
@@ -297,6 +303,7 @@ fn directions(
     numbers: PerTeam<u8>,
     robots: &[RobotId],
     rules: &Rules,
+    half_before: u32,
 ) -> Option<OutsideReferee> {
     let place = |team: Team| packet.teams.iter().position(|there| there.number == numbers[team]);
     let places = PerTeam { blue: place(Team::Blue)?, pink: place(Team::Pink)? };
@@ -309,7 +316,7 @@ fn directions(
     Some(OutsideReferee {
         state: state(packet, rules),
         is_stopped: packet.is_stopped,
-        half: half(packet),
+        half: half(packet, half_before),
         blue_end: if places.blue == 0 { End::NegativeX } else { End::PositiveX },
         score: Score { blue: score(Team::Blue), pink: score(Team::Pink) },
         kicking_team: Team::BOTH.into_iter().find(|team| packet.kicking_team == Some(numbers[*team])),
@@ -335,9 +342,11 @@ fn absent_substitutes(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[Ro
     absent
 }
 
-/// The half in a packet, from 1; those of extra time are 3 and 4.
-fn half(packet: &ControlPacket) -> u32 {
-    let before = if packet.phase == GamePhase::ExtraTime { 2 } else { 0 };
+/// The half in a packet, from 1; those of extra time are 3 and 4. A packet in a time-out does not say whether there is extra time: it is in
+/// that of the `half_before`.
+fn half(packet: &ControlPacket, half_before: u32) -> u32 {
+    let is_extra = packet.phase == GamePhase::ExtraTime || (packet.phase == GamePhase::Timeout && half_before > 2);
+    let before = if is_extra { 2 } else { 0 };
     before + if packet.is_first_half { 1 } else { 2 }
 }
 
@@ -402,17 +411,20 @@ mod tests {
     fn a_packet_is_read_from_the_side_of_the_match() {
         let robots = [RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 2)];
         let (numbers, rules) = (PerTeam { blue: 5, pink: 12 }, Rules::default());
-        let said = directions(&packet(), numbers, &robots, &rules).unwrap();
+        let said = directions(&packet(), numbers, &robots, &rules, 1).unwrap();
         // Blue is named second, so it defends the other goal.
         assert_eq!((said.blue_end, said.score), (End::PositiveX, Score { blue: 1, pink: 2 }));
         assert_eq!(said.penalties, [(robots[0], PenaltyReason::Pushing, 12.0)]);
         assert_eq!((said.kicking_team, said.state, said.half), (Some(Team::Blue), GameState::Initial, 1));
-        let of_half = |phase, is_first_half| half(&ControlPacket { phase, is_first_half, ..packet() });
-        assert_eq!([true, false].map(|first| of_half(GamePhase::Normal, first)), [1, 2]);
-        assert_eq!([true, false].map(|first| of_half(GamePhase::ExtraTime, first)), [3, 4]);
+        let of_half = |phase, before| {
+            [true, false].map(|is_first_half| half(&ControlPacket { phase, is_first_half, ..packet() }, before))
+        };
+        assert_eq!(of_half(GamePhase::Normal, 4), [1, 2]);
+        assert_eq!(of_half(GamePhase::ExtraTime, 2), [3, 4]);
+        assert_eq!([2, 3].map(|before| of_half(GamePhase::Timeout, before)), [[1, 2], [3, 4]]);
         let second_half = ControlPacket { is_first_half: false, ..packet() };
-        assert_eq!(directions(&second_half, numbers, &robots, &rules).unwrap().state, GameState::Finished);
-        assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots, &rules), None);
+        assert_eq!(directions(&second_half, numbers, &robots, &rules, 1).unwrap().state, GameState::Finished);
+        assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots, &rules, 1), None);
         assert_eq!(numbers_in(&packet()), PerTeam { blue: 12, pink: 5 });
     }
 

@@ -260,6 +260,9 @@ pub struct GameRecord {
     /// The penalty shoot-out under way, or that decided the match.
     #[serde(default)]
     pub shoot_out: Option<ShootOutRecord>,
+    /// Whether the match is stopped briefly: no robot may move, and all clocks stand.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub stopped: bool,
 }
 
 impl GameRecord {
@@ -293,6 +296,7 @@ impl GameRecord {
                 taken: shoot_out.taken,
                 goals: shoot_out.goals,
             }),
+            stopped: game.stop.is_some(),
         }
     }
 }

@@ -8,7 +8,8 @@
 //!
 //! Differences between a log of a simulated match and a real one:
 //!
-//! - The blue team is `home`, number 1, the pink one `away`, number 2. The date is 1970-01-01: a match has no date.
+//! - The blue team is `home`, number 1, the pink one `away`, number 2. The date is 1970-01-01: a simulated match has none, and
+//!   [`GameControllerLog`] leaves it empty.
 //! - Each robot sends a status message every two seconds, with its believed pose and ball position.
 //! - A team message is as long as the robot's message, but all its bytes are 0. Its action has no state after it.
 //! - Offences that the league does not have become the nearest one: illegal defending is an illegal position, stalling and obstruction are
@@ -24,6 +25,9 @@ mod writer;
 pub use dialect::PICK_UP;
 pub use reader::{GameControllerLog, GameControllerLogError};
 pub use writer::GameControllerLogRecorder;
+
+/// The date of simulated matches.
+const NO_DATE: &str = "1970-01-01T00:00:00Z";
 
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+use super::NO_DATE;
 use super::dialect::{offence_of, set_play_of, state_of};
 use super::read_entries::{Action, Arguments, Data, Entry, LoggedAction, Sender, State, TimedEntry};
 use crate::record::match_counts::{MatchCounts, Observed, ObservedRobot};
@@ -34,7 +35,7 @@ const LARGEST_ENTRY: usize = 1 << 20;
 pub struct GameControllerLog {
     /// The name of the competition.
     pub competition: String,
-    /// The date at which the log was begun, such as `2024-07-19T14:00:00+02:00`.
+    /// The date at which the log was begun, such as `2024-07-19T14:00:00+02:00`; empty for a simulated match.
     pub date: String,
     /// The numbers of the teams in the league: the home team is blue.
     pub team_numbers: PerTeam<u8>,
@@ -91,7 +92,7 @@ impl GameControllerLog {
         let numbers = &metadata.params.game.teams;
         let mut log = Self {
             competition: metadata.params.competition.name.clone(),
-            date: metadata.timestamp.clone(),
+            date: if metadata.timestamp == NO_DATE { String::new() } else { metadata.timestamp.clone() },
             team_numbers: PerTeam::new(|team| numbers.of(team).number),
             counts: MatchCounts::new(&Scenario::default()),
             messages: PerTeam::default(),

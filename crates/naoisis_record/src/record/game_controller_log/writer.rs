@@ -9,6 +9,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use super::NO_DATE;
 use super::dialect::Dialect;
 use super::entries::{
     Action, Cards, Entry, Metadata, PlayerState, Sides, State, StatusMessage, TeamMessage, TeamState, TimedEntry, Timer,
@@ -105,7 +106,7 @@ impl GameControllerLogRecorder {
             sides: sides(game.blue_end),
             phase,
             state: self.dialect.state(game.state),
-            stopped: (self.dialect == Dialect::Humanoid).then_some(self.is_stopped),
+            stopped: (self.dialect == Dialect::Humanoid).then_some(game.stopped),
             set_play: self.dialect.set_play(set_play(game)),
             kicking_side: game.kicking_team.map(side),
             primary_timer: Timer::of(game.time_left_s, "mainTimer", "overflow"),
@@ -146,20 +147,19 @@ impl Recorder for GameControllerLogRecorder {
         self.dialect = Dialect::of_league(scenario.league.as_deref());
         self.rules = scenario.rules.clone();
         let params = parameters(scenario, record, worn_by(record, world), self.dialect);
-        let (creator, timestamp) = ("naoisis", "1970-01-01T00:00:00Z");
-        self.write(record.time_s, Entry::Metadata(Metadata { creator, version: 1, timestamp, params }));
+        let metadata = Metadata { creator: "naoisis", version: 1, timestamp: NO_DATE, params };
+        self.write(record.time_s, Entry::Metadata(metadata));
         self.write_state(record);
     }
 
-    fn record(&mut self, record: &CycleRecord, world: &mut World) {
+    fn record(&mut self, record: &CycleRecord, _: &mut World) {
         self.write_messages(record);
-        let was_stopped = self.is_stopped;
-        self.is_stopped = world.get_resource::<Game>().is_some_and(|game| game.stop.is_some());
+        let was_stopped = core::mem::replace(&mut self.is_stopped, record.game.stopped);
         for action in actions(record, &self.rules, self.dialect) {
             self.write(record.time_s, Entry::Action(action));
             self.write_state(record);
         }
-        if record.game.state != self.written || self.is_stopped != was_stopped {
+        if record.game.state != self.written || record.game.stopped != was_stopped {
             self.write_state(record);
         }
         for event in &record.events {
