@@ -8,7 +8,7 @@ use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
 use naoisis::record::game_controller_log::{GameControllerLog, GameControllerLogRecorder};
 use naoisis::record::recorder::{self, EndReason};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
@@ -128,6 +128,16 @@ fn the_log_of_a_match_is_counted_as_the_match_was() {
     let figures = RealFigures::read(&folder.path().join("real.ron")).unwrap();
     assert_eq!(figures[0].figures["goals"].value, f64::from(counted.all_goals()));
     assert!(figures[0].scenarios.is_empty(), "they are compared with everything");
+    assert_eq!(figures[0].year, "no date", "a simulated match has no date");
+    let output = naoisis(
+        folder.path(),
+        &["realism", "--logs", "match.yaml", "--json", "rows.json", "--csv", "rows.csv", "--quiet"],
+    );
+    assert!(output.status.success() && output.stdout.is_empty(), "{}", text(&output.stderr));
+    let rows: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("rows.json")).unwrap()).unwrap();
+    let goals = rows["rows"].as_array().unwrap().iter().find(|row| row["key"] == "goals").unwrap();
+    assert_eq!(goals["estimate"]["value"], json!(f64::from(counted.all_goals())));
+    assert!(fs::read_to_string(folder.path().join("rows.csv")).unwrap().contains("goals,"));
     // With a scenario, whose name is not that of its file, they are compared with it alone.
     fs::write(
         folder.path().join("cup.json"),

@@ -15,7 +15,7 @@ use naoisis_record::record::game_controller_log::GameControllerLog;
 pub(super) struct CountedLogs {
     folder: PathBuf,
     logs: Vec<GameControllerLog>,
-    comparison: Comparison,
+    pub(super) comparison: Comparison,
 }
 
 impl CountedLogs {
@@ -50,6 +50,11 @@ impl CountedLogs {
         Ok(Self { folder: path.to_owned(), logs, comparison })
     }
 
+    /// Returns the number of matches.
+    pub fn len(&self) -> usize {
+        self.logs.len()
+    }
+
     /// Returns the values as figures of real matches, to compare with `scenario`; with all scenarios if it is `None`.
     pub fn figures(&self, scenario: Option<&str>) -> RealFigures {
         let count = self.logs.len();
@@ -75,7 +80,7 @@ impl CountedLogs {
         let years = || self.logs.iter().filter_map(|log| log.date.get(..4));
         match (years().min(), years().max()) {
             (Some(first), Some(last)) if first != last => format!("{first}-{last}"),
-            (first, _) => first.unwrap_or("unknown").to_owned(),
+            (first, _) => first.unwrap_or("no date").to_owned(),
         }
     }
 }
@@ -84,10 +89,10 @@ impl fmt::Display for CountedLogs {
     fn fmt(&self, text: &mut fmt::Formatter<'_>) -> fmt::Result {
         for log in &self.logs {
             let (goals, teams) = (log.counts.goals, log.team_numbers);
-            let date = log.date.get(..10).unwrap_or_default();
+            let date = log.date.get(..10).map(|date| format!("{date} ")).unwrap_or_default();
             writeln!(
                 text,
-                "{date} {}: team {} against team {}, {}:{}",
+                "{date}{}: team {} against team {}, {}:{}",
                 log.competition, teams.blue, teams.pink, goals.blue, goals.pink
             )?;
         }

@@ -1,6 +1,6 @@
 //! `naoisis realism --match`: plays whole matches and compares them with real ones.
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use core::fmt::Write as _;
 use serde_json::{Value, json};
 use std::io;
@@ -24,6 +24,7 @@ use naoisis_sim::scenario::{ScenarioFile, Setting};
 
 /// Arguments of `naoisis realism` for whole matches.
 #[derive(Args, Debug, Clone)]
+#[command(group = ArgGroup::new("counted").args(["scenario", "logs"]).multiple(true))]
 pub struct MatchRealismArguments {
     /// Play whole matches of this scenario instead, passers against roles, and compare them with real ones [default:
     /// spl2025]
@@ -60,10 +61,10 @@ pub struct MatchRealismArguments {
     #[arg(long)]
     pub explain: bool,
     /// Write the table as JSON
-    #[arg(long, value_name = "FILE", requires = "scenario")]
+    #[arg(long, value_name = "FILE", requires = "counted")]
     json: Option<PathBuf>,
     /// Write the table as CSV
-    #[arg(long, value_name = "FILE", requires = "scenario")]
+    #[arg(long, value_name = "FILE", requires = "counted")]
     csv: Option<PathBuf>,
     /// Replace an existing file
     #[arg(long)]
@@ -131,6 +132,10 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> Exi
             let mut printer = Printer::default();
             if !arguments.quiet {
                 printer.print(&logs);
+            }
+            let heading = json!({ "logs": path, "matches": logs.len() });
+            if let Err(message) = write_tables(arguments, heading, &logs.comparison) {
+                return report::failure(&message);
             }
             return printer.finish(ExitCode::SUCCESS);
         }

@@ -41,8 +41,8 @@ macro_rules! embedded {
 }
 
 /// The files that are embedded in the program.
-const BUILT_IN: [(&str, &str); 5] =
-    embedded!["hsl_limits" "spl_2010" "spl_2022_2024" "spl_2023_b_human" "spl_2019_final"];
+const BUILT_IN: [(&str, &str); 6] =
+    embedded!["hsl_k1" "hsl_messages" "spl_2010" "spl_2022_2024" "spl_2023_b_human" "spl_2019_final"];
 
 /// How certain a real figure is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
