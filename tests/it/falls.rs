@@ -8,14 +8,15 @@ use naoisis::robot::posture::{LyingOn, Posture};
 use naoisis::team::Team;
 
 /// What happens in a minute in which blue's robot walks ahead into pink's. `falls` are the settings of both, `pink` are the
-/// behaviour and other fields of pink's.
+/// behaviour and other fields of pink's; without a pose, it faces blue's 0.6 m ahead.
 fn meeting(seed: u32, falls: &str, pink: &str) -> Vec<(u64, MatchEvent)> {
+    let place = if pink.contains("pose") { "" } else { r#""pose": [0.6, 0, 180],"# };
     let mut app = match_of(&format!(
         r#"{{ "seed": {seed}, "rules": "free", "ball": null, "falls": {falls},
              "robots": [
                 {{ "team": "blue", "number": 1, "pose": [0, 0, 0],
                    "behaviour": {{ "script": [{{ "until_s": 60, "walk": [1, 0, 0] }}] }} }},
-                {{ "team": "pink", "number": 1, "pose": [0.6, 0, 180], {pink} }}] }}"#
+                {{ "team": "pink", "number": 1, {place} {pink} }}] }}"#
     ));
     collect_events(&mut app, 30 * 60)
 }
@@ -58,6 +59,31 @@ fn a_robot_trips_over_one_that_lies() {
     assert_eq!(causes(&meeting(1, falls, lies)), [FallCause::Tripping]);
     // One that stands is no obstacle to trip over.
     assert_eq!(causes(&meeting(1, falls, r#""behaviour": "idle""#)), []);
+    // Its whole length lies in the way: from 1 m ahead, facing to the left, half of its 57 cm reach into the way of a robot 0.37 m beside it.
+    let aside = |y: f32| format!(r#""pose": [1, {y}, 90], {lies}"#);
+    assert_eq!(causes(&meeting(1, falls, &aside(0.37))), [FallCause::Tripping]);
+    assert_eq!(causes(&meeting(1, falls, &aside(0.41))), []);
+}
+
+#[test]
+fn a_robot_that_lies_stops_the_ball_with_its_whole_length_and_lets_out_the_one_under_it() {
+    let end_of = |falls: &str, ball: &str| {
+        let mut app = match_of(&format!(
+            r#"{{ "rules": "free", "ball": {{ {ball} }}, "robots": [
+                {{ "number": 1, "pose": [0, 0, 0], "falls": {falls},
+                   "behaviour": {{ "script": [{{ "from_s": 0.5, "until_s": 0.9, "walk": [1, 0, 0] }}] }} }}] }}"#
+        ));
+        app.run_cycles(5 * 30);
+        app.ball().unwrap().position
+    };
+    let (falls, stands) = (r#"{ "falls_per_min": 1000 }"#, "{}");
+    let passing = r#""position_m": [0.24, 1.5], "velocity_mps": [0, -1]"#;
+    assert!(end_of(stands, passing).y < -0.2, "it rolls by before the toes");
+    let stopped = end_of(falls, passing).y;
+    assert!(stopped > 0.15, "{stopped}");
+    // The robot falls on this one, which rolls on.
+    let under = r#""position_m": [0.24, 0.3], "velocity_mps": [0, -0.5]"#;
+    assert!(end_of(falls, under).y < -0.2);
 }
 
 #[test]

@@ -76,7 +76,7 @@ struct Scratch {
     /// The indices of the balls that are in the way of the one that moves.
     others: Vec<usize>,
     held: Vec<bool>,
-    /// Strips that dives block: the index of the diver's body, the pose of the strip in the robot frame, and its box.
+    /// Strips that dives and lying robots block: the index of the body, the pose of the strip in the robot frame, and its box.
     strips: Vec<(usize, Pose, BodyBox)>,
     collisions: Vec<Collision>,
 }
@@ -184,6 +184,9 @@ impl Scratch {
             if let Some((middle, strip)) = robot.posture.strip(robot.bounds, dive_reach_m) {
                 self.strips.push((self.bodies.len(), middle, strip));
             }
+            if robot.posture.is_fallen() {
+                self.strips.push((self.bodies.len(), Pose::default(), robot.bounds.lying_box()));
+            }
             self.ids.push(id);
             self.entities.push(entity);
             self.bases.push(robot.bounds.base);
@@ -246,7 +249,7 @@ impl Scratch {
             first_ball
         } else {
             let start = physics.rolling_ball(previous.0.position, path.start_velocity);
-            let first_ball = self.set_obstacles(pitch);
+            let first_ball = self.set_obstacles(pitch, start.position);
             let rolled = roll_ball(start, &self.obstacles, duration, &mut self.new_contacts, &mut path.corners);
             let end = rolled.unwrap_or_else(|| {
                 self.hold_back_from_wedged_ball(start.position, start.radius);
@@ -264,9 +267,9 @@ impl Scratch {
         }
     }
 
-    /// Collects the obstacles of the ball: the robots' bases, in the order of the bodies, then the strips that dives block, then posts
-    /// and bars, then the other balls. Returns the index of the first of these.
-    fn set_obstacles(&mut self, pitch: &Pitch) -> usize {
+    /// Collects the obstacles of a ball at `ball`: the robots' bases, in the order of the bodies, then the strips that dives and lying
+    /// robots block, then posts and bars, then the other balls. Returns the index of the first of these.
+    fn set_obstacles(&mut self, pitch: &Pitch, ball: Vec2) -> usize {
         self.obstacles.clear();
         let parts = self.bodies.iter().zip(&self.bases).zip(&self.feet);
         self.obstacles.extend(parts.map(|((body, base), foot)| BallObstacle::Base {
@@ -277,7 +280,10 @@ impl Scratch {
         }));
         self.obstacles.extend(self.strips.iter().map(|(body, middle, strip)| {
             let pose = self.bodies[*body].end.compose(*middle);
-            BallObstacle::base(pose, pose, *strip)
+            // A ball on which a robot has fallen may roll out: only the base stops it.
+            let is_under = strip.footprint(pose).signed_distance(ball).0 < 0.0;
+            let shape = if is_under { self.bases[*body] } else { *strip };
+            BallObstacle::base(pose, pose, shape)
         }));
         self.obstacles.extend(
             self.cylinders

@@ -74,10 +74,10 @@ impl GaitState {
         /// Durations below this are zero, s.
         const NOTHING_S: f32 = 1e-6;
 
-        let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
         let ([mut way, mut on_ground], mut left_s) = ([Vec3::ZERO; 2], period);
         while left_s > NOTHING_S {
             if self.left_s <= NOTHING_S {
+                let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
                 self.velocity = gait.velocity_after(gait.within(self.velocity, limits), wanted, gait.step_s);
                 if self.velocity == Vec3::ZERO {
                     self.stand();
@@ -131,10 +131,12 @@ impl WalkVolume {
     fn size(&self, shares: Vec3) -> f32 {
         let combined = |a: f32, b: f32, exponent: f32| {
             if exponent == 1.0 || a == 0.0 || b == 0.0 {
-                a + b
-            } else {
-                ops::powf(ops::powf(a, exponent) + ops::powf(b, exponent), 1.0 / exponent)
+                return a + b;
             }
+            // (a^e + b^e)^(1/e), with logarithms, which take half the time of powers.
+            let (less, more) = (a.min(b), a.max(b));
+            let share = ops::exp(exponent * ops::ln(less / more));
+            more * ops::exp(ops::ln(1.0 + share) / exponent)
         };
         combined(combined(shares.x, shares.y, self.translation_exponent), shares.z, self.rotation_exponent)
     }
@@ -147,7 +149,12 @@ impl Gait {
         let greatest = Vec3::new(forward, self.sideways_mps, limits.max_angular);
         // A direction in which the robot cannot walk does not reduce the others.
         let possible = Vec3::select(greatest.cmpgt(Vec3::ZERO), velocity, Vec3::ZERO);
-        let size = self.volume.size(possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE)));
+        let shares = possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE));
+        // The size is at most the sum of the shares.
+        if shares.element_sum() <= 1.0 {
+            return possible;
+        }
+        let size = self.volume.size(shares);
         if size > 1.0 { possible / size } else { possible }
     }
 

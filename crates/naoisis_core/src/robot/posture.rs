@@ -161,19 +161,23 @@ pub(super) fn dive_strip(side: Side, body: &Body, reach_m: f32) -> (Pose, BodyBo
 }
 
 impl Body {
-    /// This body in a posture: low if the robot lies or dives, else unchanged.
+    /// The box of this body when the robot lies: as long as the robot is high, half of it before and half of it behind its place.
+    pub fn lying_box(&self) -> BodyBox {
+        let half_length_m = self.height_m / 2.0;
+        let half_width_m = self.torso.half_width_m.max(self.base.half_width_m);
+        BodyBox { x_m: [-half_length_m, half_length_m], half_width_m, z_m: [0.0, self.lying_height_m] }
+    }
+
+    /// This body in a posture: low and long if the robot lies, low if it dives, else unchanged.
     #[must_use]
     pub fn in_posture(self, posture: Posture) -> Body {
-        if !matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. }) {
-            return self;
-        }
         let z_m = [0.0, self.lying_height_m];
-        Body {
-            torso: BodyBox { z_m, ..self.torso },
-            base: BodyBox { z_m, ..self.base },
-            height_m: self.lying_height_m,
-            ..self
-        }
+        let (torso, base) = match posture {
+            Posture::Upright | Posture::GettingUp { .. } => return self,
+            Posture::Fallen { .. } => (self.lying_box(), self.lying_box()),
+            Posture::Diving { .. } => (BodyBox { z_m, ..self.torso }, BodyBox { z_m, ..self.base }),
+        };
+        Body { torso, base, height_m: self.lying_height_m, ..self }
     }
 }
 
@@ -219,12 +223,14 @@ mod tests {
     }
 
     #[test]
-    fn a_lying_body_is_low_and_any_other_as_it_is_on_its_feet() {
+    fn a_lying_body_is_low_and_long_and_any_other_as_it_is_on_its_feet() {
         let tall = Body { height_m: 1.2, ..Body::default() };
         for body in [Body::default(), tall] {
             let lying = body.in_posture(Posture::fallen(LyingOn::Front));
             assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
-            assert_eq!((lying.torso.x_m, lying.base.half_width_m), (body.torso.x_m, body.base.half_width_m));
+            assert_eq!((lying.torso.x_m[1] - lying.torso.x_m[0], lying.base.half_width_m), (body.height_m, 0.15));
+            let dive = Posture::Diving { side: Side::Left, cycles_left: 3, blocks: true };
+            assert_eq!(body.in_posture(dive).torso.x_m, body.torso.x_m);
             for posture in [Posture::Upright, Posture::GettingUp { on: LyingOn::Back, cycles: 9, cycles_left: 1 }] {
                 assert_eq!(body.in_posture(posture), body);
             }

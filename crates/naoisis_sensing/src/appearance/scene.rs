@@ -151,7 +151,7 @@ impl SceneRobot {
     #[must_use]
     pub fn in_posture(self, posture: Posture) -> Self {
         let Body { torso, base, .. } = self.body.in_posture(posture);
-        Self { posture, boxes: [torso, base], ..self }
+        Self { posture, boxes: [torso, base], reach: torso.reach().max(base.reach()), ..self }
     }
 
     /// The transform of its body: standing, lying or in the air.

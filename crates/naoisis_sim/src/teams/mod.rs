@@ -196,6 +196,7 @@ fn play<Role: Component>(
     [field_player, goalkeeper]: [Task; 2],
 ) {
     for mut robot in &mut robots {
+        robot.memory.whistles.note_mates(&robot.inbox.0);
         let status = hearing::as_heard(robot.status, rules, &mut robot.memory.whistles);
         let player = Player {
             id: *robot.id,

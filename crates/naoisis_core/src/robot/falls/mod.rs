@@ -3,9 +3,9 @@
 //!
 //! - When two robots collide, each may fall, with a probability that grows with the speed of the collision. While they stay in
 //!   contact, each may fall at a constant rate.
-//! - A robot may lose its balance in walking, more often the faster it walks, in a kick, and when it walks into a robot that lies.
-//! - A fallen robot lies where it stood, with the same footprint. It is low: cameras see over it and sonars do not detect it.
-//!   It neither walks nor kicks, and its cameras and sonars measure nothing.
+//! - A robot may lose its balance in walking, more often the faster it walks, in a kick, and when it walks into or onto a robot that lies.
+//! - A fallen robot lies where it stood: its torso stops others as before, and its whole length stops the ball. It is low: cameras see over
+//!   it and sonars do not detect it. It neither walks nor kicks, and its cameras and sonars measure nothing.
 //! - It gets up on command, which takes longer from its back, and may fail, more often if another robot touches it.
 //! - A robot that dives comes down after a time, and then blocks a strip beside it against the ball. At the end it lies, as after a fall.
 
@@ -18,10 +18,10 @@ mod settings;
 
 pub use settings::{CollisionFalls, FallModel};
 
-use super::Roster;
 use super::kick::KickPhase;
 use super::motion::{ExecutedStep, MotionLimits};
 use super::posture::{LyingOn, Posture, PostureCommand, PostureRequest, dive_strip};
+use super::{PreviousPose, Roster};
 use crate::ball::{Ball, BallPhysics};
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CommandKind, Contacts, CycleEvents, FallCause, MatchEvent, Refusal};
@@ -29,7 +29,7 @@ use crate::game::{Game, GameState, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::robot::body::Body;
+use crate::robot::body::{Body, Footprint};
 use crate::team::RobotId;
 
 /// Executes posture commands in [`ActSystems::Body`]. Robots fall after the collisions and before the referee.
@@ -177,6 +177,9 @@ struct PosturedRobot {
 #[derive(QueryData)]
 #[query_data(mutable)]
 pub(super) struct FallingRobot {
+    body: &'static Body,
+    pose: &'static Pose,
+    previous: &'static PreviousPose,
     balance: &'static FallModel,
     limits: &'static MotionLimits,
     step: &'static ExecutedStep,
@@ -193,6 +196,7 @@ type Danger = (RobotId, FallCause, f32);
 /// Lets robots fall that walked, kicked, collided or are in contact.
 pub(super) fn fall(
     mut dangers: Local<Vec<Danger>>,
+    mut lying: Local<Vec<Footprint>>,
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     rules: Res<Rules>,
@@ -201,10 +205,17 @@ pub(super) fn fall(
     mut robots: Query<FallingRobot>,
 ) {
     dangers.clear();
+    lying.clear();
+    let lies_on_pitch = |robot: &FallingRobotReadOnlyItem| robot.posture.is_fallen() && !robot.penalty.is_off_pitch();
+    lying.extend(robots.iter().filter(lies_on_pitch).map(|robot| lying_footprint(&robot)));
     for (id, entity) in roster.iter() {
         let Ok(robot) = robots.get(entity) else { continue };
+        let speed_mps = robot.step.0.translation().length() / clock.period();
         if robot.balance.falls_per_min > 0.0 && !robot.step.0.is_null() {
-            dangers.push((id, FallCause::Walking, robot.step.0.translation().length() / clock.period()));
+            dangers.push((id, FallCause::Walking, speed_mps));
+        }
+        if robot.balance.trip_probability.is_some() && lying.iter().any(|lying| steps_onto(&robot, lying)) {
+            dangers.push((id, FallCause::Tripping, speed_mps));
         }
     }
     let lies =
@@ -253,6 +264,17 @@ pub(super) fn fall(
         let speed_mps = if cause == FallCause::Kick { 0.0 } else { danger };
         events.push(MatchEvent::Fall { robot: id, cause, speed_mps, probability });
     }
+}
+
+/// Returns the ground that a robot covers if it lies.
+fn lying_footprint(robot: &FallingRobotReadOnlyItem) -> Footprint {
+    robot.body.lying_box().footprint(*robot.pose)
+}
+
+/// Whether a robot has walked onto the ground that another one covers, `lying`, in this cycle.
+fn steps_onto(robot: &FallingRobotReadOnlyItem, lying: &Footprint) -> bool {
+    let covers = |pose: Pose| robot.body.base.footprint(pose).overlap(lying).is_some();
+    robot.posture.is_upright() && !robot.step.0.is_null() && covers(*robot.pose) && !covers(robot.previous.0)
 }
 
 #[cfg(test)]
