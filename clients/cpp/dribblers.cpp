@@ -54,8 +54,8 @@ public:
         aside_ = aims_ ? 0.8 : 0.15;
     }
 
-    Json decide(const Json& perception, const Json& belief) const {
-        const std::string& state = perception["game"]["state"].text();
+    Json decide(const Json& perception, const Json& belief) {
+        const std::string state = state_of(perception["game"]);
         const Json& pose = belief["pose"];
         const bool waits = perception["game"]["penalised"].truth() || perception["game"]["stopped"].truth();
         if (waits || (state != "ready" && state != "playing")) return Json::object();
@@ -84,6 +84,10 @@ public:
             command.set("walk", {rounded(0.1 * (ball.x - reach_m_.x)), rounded(side * step_m_ / 2.0), rounded(turn)});
         } else if (is_near && ball.x < reach_m_.x && -reach_m_.y < ball.y && ball.y < reach_m_.y) {
             command.set("kick", kick(ball, goal));
+        } else if (is_near) {
+            // Slowly, and sideways until the ball lies before the robot.
+            const double ahead = 0.1 * (ball.x - 0.8 * reach_m_.x), turn = 0.3 * turn_towards(ball);
+            command.set("walk", {rounded(ahead), rounded(0.05 * ball.y), rounded(turn)});
         } else {
             command.set("walk", {step_m_, 0.0, rounded(turn_towards(ball))});
         }
@@ -101,6 +105,22 @@ private:
     Place reach_m_ = {0.17, 0.08};
     // How far to one side the goal may be, as a share of its distance.
     double aside_;
+    // The state that it was told last, and the numbers of whistles and of signals for `ready` at that time.
+    std::string told_;
+    double whistles_ = 0.0, signals_ = 0.0;
+
+    // The state of the game: a whistle or a signal of the referee comes before a late report.
+    std::string state_of(const Json& game) {
+        const std::string& state = game["state"].text();
+        const double whistles = game["whistles"].number(), signals = game["ready_signals"].number();
+        if (state != told_) {
+            told_ = state;
+            whistles_ = whistles;
+            signals_ = signals;
+        }
+        if (state == "set" && whistles > whistles_) return "playing";
+        return state == "standby" && signals > signals_ ? "ready" : state;
+    }
 
     Json kick(Place ball, Place goal) const {
         if (!aims_) return Json::object({{"type", ball.y > 0.0 ? "left_straight" : "right_straight"}, {"speed", 1.0}});
@@ -116,8 +136,10 @@ void play(const std::vector<std::string>& fields) {
     hello.belief = true;
     hello.fields = fields;
     naoisis::Agent agent(hello);
-    const Dribbler dribbler(agent.welcome());
+    Dribbler dribbler(agent.welcome());
     while (const Json* turn = agent.next()) agent.answer(dribbler.decide((*turn)["perception"], (*turn)["belief"]));
 }
 
-int main() { play({"body", "game.penalised", "game.state", "game.stopped"}); }
+int main() {
+    play({"body", "game.penalised", "game.state", "game.stopped", "game.whistles", "game.ready_signals"});
+}

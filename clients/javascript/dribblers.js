@@ -45,7 +45,16 @@ function abilities(welcome) {
     reachM: region ? [0.9 * region.x_m[1], 0.9 * region.y_m[1]] : [0.17, 0.08],
     // How far to one side the goal may be, as a share of its distance.
     aside: aimed ? 0.8 : 0.15,
+    // The state that it was told last, and the numbers of whistles and of signals for `ready` at that time.
+    told: [undefined, 0, 0],
   };
+}
+
+// The state of the game: a whistle or a signal of the referee comes before a late report.
+function stateOf({ state, whistles, ready_signals }) {
+  if (state !== own.told[0]) own.told = [state, whistles, ready_signals];
+  if (state === "set" && whistles > own.told[1]) return "playing";
+  return state === "standby" && ready_signals > own.told[2] ? "ready" : state;
 }
 
 let own;
@@ -53,7 +62,8 @@ let own;
 function decide(perception, belief, welcome) {
   own ??= abilities(welcome);
   const { stepM, reachM, aside } = own;
-  const { penalised, state, stopped } = perception.game;
+  const { penalised, stopped } = perception.game;
+  const state = stateOf(perception.game);
   const { pose } = belief;
   if (penalised || stopped || !["ready", "playing"].includes(state)) return {};
   if (perception.body === "fallen") return { posture: "get_up" };
@@ -88,7 +98,14 @@ function decide(perception, belief, welcome) {
     }
     return { kick: { type: ball[1] > 0 ? "left_straight" : "right_straight", speed: 1 }, ...said };
   }
+  if (isNear) {
+    // Slowly, and sideways until the ball lies before the robot.
+    const walk = [0.1 * (ball[0] - 0.8 * reachM[0]), 0.05 * ball[1], 0.3 * turnTowards(ball)];
+    return { walk: walk.map(rounded), ...said };
+  }
   return { walk: [stepM, 0, rounded(turnTowards(ball))], ...said };
 }
 
-play(decide, "dribblers", ["body", "game.penalised", "game.state", "game.stopped"], { belief: true });
+const FIELDS = ["body", "game.penalised", "game.state", "game.stopped", "game.whistles", "game.ready_signals"];
+
+play(decide, "dribblers", FIELDS, { belief: true });

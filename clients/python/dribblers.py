@@ -17,7 +17,7 @@ TURN_DEG = 3.0
 # A ball that was seen longer ago is searched, s.
 LOST_S = 2.0
 # What it looks at of what its robot perceives: the rest need not be sent.
-FIELDS = ["body", "game.penalised", "game.state", "game.stopped"]
+FIELDS = ["body", "game.penalised", "game.state", "game.stopped", "game.whistles", "game.ready_signals"]
 
 
 def rounded(number):
@@ -56,9 +56,22 @@ class Dribbler:
         self.reach_m = (0.9 * region["x_m"][1], 0.9 * region["y_m"][1]) if region else (0.17, 0.08)
         # How far to one side the goal may be, as a share of its distance.
         self.aside = 0.8 if self.aims else 0.15
+        # The state that it was told last, and the numbers of whistles and of signals for `ready` at that time.
+        self.told = (None, 0, 0)
+
+    def state(self, game):
+        """The state of the game: a whistle or a signal of the referee comes before a late report."""
+        heard = game.get("whistles", 0), game.get("ready_signals", 0)
+        if game["state"] != self.told[0]:
+            self.told = (game["state"], *heard)
+        state, whistles, signals = self.told
+        if state == "set" and heard[0] > whistles:
+            return "playing"
+        return "ready" if state == "standby" and heard[1] > signals else state
 
     def decide(self, perception, belief):
-        game, state, pose = perception["game"], perception["game"]["state"], belief["pose"]
+        game, pose = perception["game"], belief["pose"]
+        state = self.state(game)
         if game["penalised"] or game["stopped"] or state not in ("ready", "playing"):
             return {}
         if perception["body"] == "fallen":
@@ -92,6 +105,10 @@ class Dribbler:
                 return {"kick": {"type": "visual", "speed": 3.0, "direction_deg": direction_deg}, **said}
             foot = "left_straight" if ball[1] > 0.0 else "right_straight"
             return {"kick": {"type": foot, "speed": 1.0}, **said}
+        if is_near:
+            # Slowly, and sideways until the ball lies before the robot.
+            walk = [0.1 * (ball[0] - 0.8 * self.reach_m[0]), 0.05 * ball[1], 0.3 * turn_towards(ball)]
+            return {"walk": [rounded(part) for part in walk], **said}
         return {"walk": [self.step_m, 0.0, rounded(turn_towards(ball))], **said}
 
 

@@ -90,6 +90,8 @@ fn decide(status: &GameStatus, body: BodyStatus, belief: &Belief) -> Value {
     } else if is_near && ball[0] < 0.17 && ball[1].abs() < 0.08 {
         let foot = if ball[1] > 0.0 { "left_straight" } else { "right_straight" };
         command["kick"] = json!({ "type": foot, "speed": 1.0 });
+    } else if is_near {
+        command["walk"] = json!([0.1 * (ball[0] - 0.8 * 0.17), 0.05 * ball[1], 0.3 * turn_towards(ball)].map(rounded));
     } else {
         command["walk"] = json!([STEP_M, 0.0, rounded(turn_towards(ball))]);
     }
