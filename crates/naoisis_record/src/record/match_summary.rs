@@ -6,7 +6,7 @@ use super::match_counts::MatchCounts;
 use super::mistakes::{Mistake, MistakeFinder};
 use naoisis_core::events::MatchEvent;
 use naoisis_core::game::Score;
-use naoisis_core::pitch::Pitch;
+use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::team::PerTeam;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
@@ -14,7 +14,8 @@ use naoisis_sim::scenario::Scenario;
 /// Cells of a heat map along the pitch.
 pub const CELLS_ALONG: usize = 28;
 
-/// The time that an object spent in each cell of the pitch, s: rows from -y, and in each row from -x.
+/// The time that an object spent in each cell of the pitch, s: rows from -y, and in each row from -x. Blue defends -x: halves that are
+/// played the other way are turned around.
 #[derive(Clone, PartialEq, Debug)]
 pub struct HeatMap {
     /// Number of rows, across the pitch.
@@ -108,11 +109,12 @@ impl MatchSummary {
         if play_s == 0.0 {
             return;
         }
+        let first_way = |place: Vec2| if record.game.blue_end == End::NegativeX { place } else { -place };
         if let Some(ball) = record.ball {
-            self.ball.add(ball.position_m.truncate(), play_s);
+            self.ball.add(first_way(ball.position_m.truncate()), play_s);
         }
         for robot in record.robots.iter().filter(|robot| robot.penalised.is_none()) {
-            self.places[robot.id.team].add(robot.pose.position, play_s);
+            self.places[robot.id.team].add(first_way(robot.pose.position), play_s);
         }
     }
 
@@ -138,6 +140,26 @@ mod tests {
     use naoisis_core::game::GameState;
     use naoisis_core::team::{RobotId, Team};
     use naoisis_sim::interface::cycle_record::{BallRecord, GameRecord, RobotRecord};
+
+    #[test]
+    fn halves_that_are_played_the_other_way_are_turned_around() {
+        let mut summary = MatchSummary::new(&Scenario::default());
+        for (cycle, blue_end) in
+            [End::NegativeX, End::NegativeX, End::PositiveX, End::PositiveX].into_iter().enumerate()
+        {
+            // The ball is always in blue's half.
+            let position_m = Vec3::X * 2.0 * blue_end.sign();
+            summary.look(&CycleRecord {
+                cycle: cycle as u64,
+                time_s: cycle as f64 / 30.0,
+                ball: Some(BallRecord { position_m, velocity_mps: Vec3::ZERO }),
+                game: GameRecord { state: GameState::Playing, blue_end, ..default() },
+                ..default()
+            });
+        }
+        let left_s: f32 = summary.ball.time_s.chunks(CELLS_ALONG).flat_map(|row| &row[..CELLS_ALONG / 2]).sum();
+        assert!((left_s - 0.1).abs() < 1e-6, "{left_s}");
+    }
 
     #[test]
     fn heat_maps_have_the_time_in_play() {
