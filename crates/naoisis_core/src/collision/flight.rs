@@ -178,7 +178,9 @@ fn bounce(now: &mut FlyingBall, solid: &Solid, normal: Vec3, share: f32, duratio
     if normal.z > 0.9 && now.velocity.z < ROLL_OFF_MPS {
         // The ball lies on a shoulder or on a fallen robot, and rolls off.
         let (middle, _) = solid.outline.bounds();
-        now.velocity += ((place - middle).normalize_or(Vec2::X) * ROLL_OFF_MPS).extend(0.0);
+        let outwards = (place - middle).normalize_or(Vec2::X);
+        let missing_mps = (ROLL_OFF_MPS - now.velocity.truncate().dot(outwards)).max(0.0);
+        now.velocity += (outwards * missing_mps).extend(0.0);
     }
     let normal = normal.truncate();
     BallContact { obstacle: solid.obstacle, approach_speed, ball_speed, position: place, normal }
@@ -250,6 +252,7 @@ mod tests {
     use super::*;
     use crate::ball::BallPhysics;
     use crate::ball::flight::FlightPhysics;
+    use crate::robot::posture::{LyingOn, Posture};
     use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
@@ -331,6 +334,26 @@ mod tests {
         let (end, contacts) = fly(ball([1.0, 0.02, 1.0], [0.0; 3]), &robot(), 5.0);
         assert!(!contacts.is_empty());
         assert!(!end.flight().is_airborne(), "{end:?}");
+    }
+
+    #[test]
+    fn a_ball_on_a_long_body_or_a_net_rolls_off_slowly() {
+        let tall = Body { height_m: 1.2, lying_height_m: 0.25, ..Body::default() };
+        let lying = tall.in_posture(Posture::fallen(LyingOn::Back));
+        let robot: Vec<Solid> = solids_of_robot(0, &lying, [Pose::default(); 2], true).collect();
+        let pitch = Pitch::default();
+        let goals = solids_of_goals(0, &pitch);
+        let on_roof = [pitch.goal_post_x() + 0.4 * pitch.goal.depth_m, 0.1, pitch.goal.height_m + 0.3];
+        for (solids, place) in [(&robot, [0.1, 0.02, 0.8]), (&goals, on_roof)] {
+            let mut now = ball(place, [0.0; 3]);
+            let mut fastest_mps = 0.0_f32;
+            for _ in 0..300 {
+                now = fly_ball(now, solids, 1.0 / 30.0, &mut Vec::new(), &mut Vec::new(), &mut Vec::new());
+                fastest_mps = fastest_mps.max(now.velocity.truncate().length());
+            }
+            assert!((0.1..0.5).contains(&fastest_mps), "{fastest_mps}");
+            assert!(!now.flight().is_airborne(), "{now:?}");
+        }
     }
 
     proptest! {
