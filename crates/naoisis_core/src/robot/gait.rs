@@ -161,7 +161,12 @@ impl Gait {
     /// The steady velocity for the commanded velocity `wanted`: limited to what the robot can walk, and zero below the least
     /// speeds.
     pub fn reachable(&self, wanted: Vec3, limits: &MotionLimits) -> Vec3 {
-        let Vec3 { x, y, z } = self.within(wanted, limits);
+        self.walked(self.within(wanted, limits))
+    }
+
+    /// The steady velocity for a `velocity` that the robot can walk: zero below the least speeds.
+    pub fn walked(&self, velocity: Vec3) -> Vec3 {
+        let Vec3 { x, y, z } = velocity;
         let gets_ahead = Vec2::new(x, y).length() >= self.least_mps;
         let turns = z.abs() >= self.least_angular;
         let [x, y] = if gets_ahead { [x, y] } else { [0.0; 2] };

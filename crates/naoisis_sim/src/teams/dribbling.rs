@@ -82,8 +82,9 @@ pub fn walk_into(player: &Player, ball: Vec2, direction: Vec2) -> Option<WalkCom
     }
     // As fast as it can be and still brake to the speed of the touch.
     let most_mps = (speed_mps * speed_mps + 2.0 * gait.acceleration_mps2 * to_touch_m.max(0.0)).sqrt();
-    let step = place.normalize_or(Vec2::X) * most_mps.min(player.limits.max_linear_mps) * player.period;
-    Some(WalkCommand { dx: step.x, dy: step.y, dtheta: TURN_PER_S * off * player.period })
+    let wanted = place.normalize_or(Vec2::X) * most_mps.min(player.limits.max_linear_mps);
+    let Vec3 { x, y, z } = gait.reachable(wanted.extend(TURN_PER_S * off), player.limits) * player.period;
+    Some(WalkCommand { dx: x, dy: y, dtheta: z })
 }
 
 #[cfg(test)]

@@ -125,8 +125,8 @@ pub fn least_walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &Mot
     SURELY * (way.length() / limits.max_linear_mps + forward.distance(facing) / limits.max_angular)
 }
 
-/// Returns the velocity of the legs (m/s, m/s, rad/s) after a cycle of `period` seconds with `command`, from the one before it, as a robot
-/// reckons it from its gait. Zero for a robot without a gait, and for one that does not walk.
+/// Returns the velocity of the legs (m/s, m/s, rad/s) after a cycle of `period` seconds with `command`, which is within what the robot can
+/// walk, from the velocity `before`, as a robot reckons it from its gait. Zero for a robot without a gait, and for one that does not walk.
 pub fn reckoned_velocity(
     before: Vec3,
     command: &WalkCommand,
@@ -141,7 +141,7 @@ pub fn reckoned_velocity(
         _ => return Vec3::ZERO,
     };
     let Some(gait) = &limits.gait else { return Vec3::ZERO };
-    let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
+    let wanted = gait.walked(Vec3::new(command.dx, command.dy, command.dtheta) / period);
     gait.velocity_after(before, wanted, period)
 }
 

@@ -218,14 +218,18 @@ pub(super) fn fall(
             dangers.push((id, FallCause::Tripping, speed_mps));
         }
     }
-    let lies =
-        |id| roster.get(id).and_then(|entity| robots.get(entity).ok()).is_some_and(|robot| robot.posture.is_fallen());
+    let find = |id| roster.get(id).and_then(|entity| robots.get(entity).ok());
     for event in events.iter() {
         match event {
             MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Robot(other), speed_mps, .. } => {
                 for (id, touched) in [(*robot, *other), (*other, *robot)] {
-                    let cause = if lies(touched) { FallCause::Tripping } else { FallCause::Collision };
-                    dangers.push((id, cause, *speed_mps));
+                    let (Some(own), Some(other)) = (find(id), find(touched)) else { continue };
+                    let lies = other.posture.is_fallen();
+                    // A robot trips once: on stepping onto the other one, or else on touching it.
+                    if !(lies && own.balance.trip_probability.is_some() && stands_on(&own, &lying_footprint(&other))) {
+                        let cause = if lies { FallCause::Tripping } else { FallCause::Collision };
+                        dangers.push((id, cause, *speed_mps));
+                    }
                 }
             }
             MatchEvent::Kick { robot, speed: Some(speed), result, reason, .. } if result.swings(*reason) => {
@@ -273,8 +277,13 @@ fn lying_footprint(robot: &FallingRobotReadOnlyItem) -> Footprint {
 
 /// Whether a robot has walked onto the ground that another one covers, `lying`, in this cycle.
 fn steps_onto(robot: &FallingRobotReadOnlyItem, lying: &Footprint) -> bool {
-    let covers = |pose: Pose| robot.body.base.footprint(pose).overlap(lying).is_some();
-    robot.posture.is_upright() && !robot.step.0.is_null() && covers(*robot.pose) && !covers(robot.previous.0)
+    let is_on = |pose: Pose| robot.body.base.footprint(pose).overlap(lying).is_some();
+    robot.posture.is_upright() && !robot.step.0.is_null() && is_on(*robot.pose) && !is_on(robot.previous.0)
+}
+
+/// Whether a robot stands on the ground that another one covers, `lying`, or has walked onto it in this cycle.
+fn stands_on(robot: &FallingRobotReadOnlyItem, lying: &Footprint) -> bool {
+    robot.body.base.footprint(*robot.pose).overlap(lying).is_some()
 }
 
 #[cfg(test)]
