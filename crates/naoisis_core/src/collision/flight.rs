@@ -341,7 +341,8 @@ mod tests {
         let tall = Body { height_m: 1.2, lying_height_m: 0.25, ..Body::default() };
         let lying = tall.in_posture(Posture::fallen(LyingOn::Back));
         let robot: Vec<Solid> = solids_of_robot(0, &lying, [Pose::default(); 2], true).collect();
-        let pitch = Pitch::default();
+        let mut pitch = Pitch::default();
+        pitch.goal.ground_bars = true;
         let goals = solids_of_goals(0, &pitch);
         let on_roof = [pitch.goal_post_x() + 0.4 * pitch.goal.depth_m, 0.1, pitch.goal.height_m + 0.3];
         for (solids, place) in [(&robot, [0.1, 0.02, 0.8]), (&goals, on_roof)] {
