@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn who_misses_the_whistle_plays_when_two_mates_say_that_they_do() {
+    fn a_player_that_misses_the_whistle_plays_when_two_mates_say_that_they_do() {
         let rules = Rules { status_delay_s: 3.0, ..Rules::default() };
         let set = GameStatus { state: GameState::Set, ..GameStatus::default() };
         let says = |number, intention: &'static str| ReceivedMessage {
