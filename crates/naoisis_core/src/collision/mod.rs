@@ -209,10 +209,11 @@ impl Scratch {
         self.feet.clear();
         for ((entity, body), base) in self.entities.iter().zip(&self.bodies).zip(&self.bases) {
             let is_near = |ball: &MovingBall| ball.is_within(body.end.position, base.reach());
-            let foot = robots.get_mut(*entity).ok().and_then(|mut robot| {
+            let near = self.balls.iter().any(is_near).then(|| robots.get_mut(*entity).ok());
+            let foot = near.flatten().and_then(|mut robot| {
                 let gait = robot.limits.gait.as_ref()?;
                 let velocity = robot.gait.foot_velocity(gait);
-                if velocity == Vec2::ZERO || !self.balls.iter().any(is_near) {
+                if velocity == Vec2::ZERO {
                     return None;
                 }
                 let deflection = gait.touch.deflection(&mut robot.streams.kick);

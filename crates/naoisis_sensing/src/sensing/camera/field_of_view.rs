@@ -30,13 +30,14 @@ const NAO_LENS_HEIGHT_M: f32 = 0.5;
 impl FieldOfView {
     /// The field of view of these cameras.
     pub fn of(cameras: &CameraSettings) -> Self {
-        /// A NAO's cameras, and half the size of their images.
-        static NAO: LazyLock<(CameraSettings, Vec2)> = LazyLock::new(|| {
+        /// A NAO's cameras, half the size of their images, and the mean height of their mounts.
+        static NAO: LazyLock<(CameraSettings, Vec2, f32)> = LazyLock::new(|| {
             let cameras = CameraSettings::default();
             let half_size = half_size(CameraIntrinsics::from(&cameras));
-            (cameras, half_size)
+            let mean_height = mean_height(cameras.mounts.as_slice());
+            (cameras, half_size, mean_height)
         });
-        let (nao, nao_half_size) = &*NAO;
+        let (nao, nao_half_size, nao_mean_height) = &*NAO;
         let size_of = |cameras: &CameraSettings| (cameras.width, cameras.height, cameras.diagonal_fov);
         // Called in every cycle, so that the most common cameras need no trigonometry.
         let is_undistorted = cameras.calibration.is_none() && cameras.lens.distortion.is_none();
@@ -44,7 +45,7 @@ impl FieldOfView {
         let common = if is_as_naos { Vec2::ONE } else { half_size(CameraIntrinsics::from(cameras)) / *nao_half_size };
         let mounts = cameras.mounts.as_slice();
         let mut view = Self {
-            lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / mean_height(CameraMounts::default().as_slice())),
+            lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / nao_mean_height),
             tilts: [0.0; CameraMounts::MOST],
             sizes: [Vec2::ONE; CameraMounts::MOST],
             pans: [0.0; CameraMounts::MOST],

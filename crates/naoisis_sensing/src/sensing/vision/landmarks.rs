@@ -53,6 +53,7 @@ impl Observer<'_> {
     }
 
     /// The ends of a line (robot frame, m), if a part of it may be in view.
+    #[inline]
     fn ends_of(&self, line: LineSegment) -> Option<[Vec2; 2]> {
         let ends = [self.in_robot_frame(line.start), self.in_robot_frame(line.end)];
         let view_side = self.side_of(ends[0]);
