@@ -28,6 +28,7 @@ mod figures;
 mod flight;
 mod foreign_files;
 mod game_controller;
+mod game_controller_heard;
 mod golden;
 mod images;
 mod interventions;
