@@ -10,6 +10,7 @@ mod environments;
 mod errors;
 mod matches;
 mod played;
+mod policies;
 mod simulator;
 mod starts;
 mod steps;
@@ -41,6 +42,8 @@ mod _naoisis {
     use super::environments::{Environments, challenges};
     #[pymodule_export]
     use super::matches::Match;
+    #[pymodule_export]
+    use super::policies::Policy;
     #[pymodule_export]
     use super::traces::{TraceLines, page_of_trace, read_tables, read_trace};
 

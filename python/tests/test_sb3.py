@@ -7,7 +7,7 @@ pytest.importorskip("stable_baselines3")
 from stable_baselines3 import PPO
 
 import naoisis
-from naoisis.sb3 import VecEnv
+from naoisis.sb3 import VecEnv, actor
 
 
 @pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete", "velocities"])
@@ -59,3 +59,13 @@ def test_environments_of_pettingzoo_come_through_supersuit():
     envs = supersuit.pettingzoo_env_to_vec_env_v1(naoisis.parallel_env("TwoOnTwo"))
     envs = supersuit.concat_vec_envs_v1(envs, 2, num_cpus=0, base_class="stable_baselines3")
     PPO("MlpPolicy", envs, n_steps=16, batch_size=16, n_epochs=1, device="cpu").learn(64)
+
+
+@pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete"])
+def test_what_was_learned_is_a_policy_of_matches(tmp_path, action):
+    envs = VecEnv("TwoOnTwo", 1, control="blue", observation="belief", action=action, set={"duration_s": 1})
+    model = PPO("MlpPolicy", envs, n_steps=16, batch_size=16, n_epochs=1, seed=1, device="cpu").learn(64)
+    policy = naoisis.export_policy(actor(model), tmp_path / "policy.onnx", model.env)
+    observations = envs.reset()
+    expected, _ = model.predict(observations, deterministic=True)
+    assert np.allclose(policy(observations), expected, atol=1e-4)

@@ -1,4 +1,7 @@
-"""A robot learns to score with Stable-Baselines3, in a minute or two: ``python main.py [steps]``."""
+"""A robot learns to score with Stable-Baselines3, in a minute or two: ``python main.py [steps]``.
+
+The policy is then in ``score.onnx``: ``naoisis challenge ScoreEmptyGoal --policy score.onnx`` measures it.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecMonitor
 
-from naoisis.sb3 import VecEnv
+import naoisis
+from naoisis.sb3 import VecEnv, actor
 
 
 def main(steps: int = 100_000) -> float:
@@ -19,6 +23,7 @@ def main(steps: int = 100_000) -> float:
     model.learn(steps)
     returns, _ = evaluate_policy(model, envs, n_eval_episodes=50, return_episode_rewards=True)
     print(f"mean return {np.mean(returns):.2f}, {np.mean(np.array(returns) > 8):.0%} of 50 episodes with a goal")
+    naoisis.export_policy(actor(model), "score.onnx", envs)
     return float(np.mean(returns))
 
 

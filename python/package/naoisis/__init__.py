@@ -21,6 +21,7 @@ from naoisis._batch import Batch, batch
 from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
 from naoisis._pages import Page, show
+from naoisis._policies import Policy, export_policy
 from naoisis._traces import Trace, read_beliefs, read_tables, read_trace, trace_lines
 from naoisis.environments import MatchEnv, VectorEnv, vector_env
 from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotError, TraceError
@@ -33,6 +34,7 @@ __all__ = [
     "MatchError",
     "NaoisisError",
     "Page",
+    "Policy",
     "ScenarioError",
     "SnapshotError",
     "Trace",
@@ -40,6 +42,7 @@ __all__ = [
     "VectorEnv",
     "__version__",
     "batch",
+    "export_policy",
     "parallel_env",
     "read_beliefs",
     "read_tables",

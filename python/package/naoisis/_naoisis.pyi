@@ -1,5 +1,6 @@
 """The compiled part: see the modules that wrap it."""
 
+import os
 from collections.abc import Iterator
 from typing import Any, final
 
@@ -10,6 +11,7 @@ __all__ = [
     "Batch",
     "Environments",
     "Match",
+    "Policy",
     "TraceLines",
     "__version__",
     "challenges",
@@ -67,6 +69,15 @@ class Environments:
     def rewards() -> list[tuple[str, str]]: ...
     @staticmethod
     def continuous() -> list[tuple[str, str]]: ...
+
+@final
+class Policy:
+    def __new__(cls, path: str | os.PathLike[str]) -> Policy: ...
+    def layout(self) -> dict[str, Any]: ...
+    def choices(self) -> list[int]: ...
+    def numbers(self) -> int: ...
+    def draws(self) -> bool: ...
+    def outputs(self, observation: np.ndarray, state: list[list[float]]) -> tuple[np.ndarray, list[list[float]]]: ...
 
 @final
 class Batch:

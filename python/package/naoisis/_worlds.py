@@ -104,6 +104,7 @@ class Worlds:
                 "threads": os.cpu_count() or 1 if threads is None else count_of(threads, "threads", most=1024),
             },
         )
+        self.observation, self.action = observation, action
         self.agents = self.inner.control
         self.worlds = int(worlds)
         self.rows = self.worlds * len(self.agents)

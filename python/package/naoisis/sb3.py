@@ -4,6 +4,7 @@
 >>> from naoisis.sb3 import VecEnv
 >>> model = PPO("MlpPolicy", VecEnv("ScoreEmptyGoal", num_envs=16, action="discrete"))
 >>> model = model.learn(10_000)
+>>> policy = naoisis.export_policy(naoisis.sb3.actor(model), "score.onnx", model.env)
 """
 
 from __future__ import annotations
@@ -12,7 +13,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from gymnasium import spaces
 from stable_baselines3.common import vec_env
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.policies import ActorCriticPolicy
+from torch import Tensor, nn
 
 from naoisis._arguments import Scenario
 from naoisis.environments import VectorEnv
@@ -22,7 +27,7 @@ if TYPE_CHECKING:
 
     from naoisis._worlds import WorldOptions
 
-__all__ = ["VecEnv"]
+__all__ = ["VecEnv", "actor"]
 
 
 class VecEnv(vec_env.VecEnv):
@@ -107,3 +112,24 @@ class VecEnv(vec_env.VecEnv):
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         return [False] * len(list(self._get_indices(indices)))
+
+
+def actor(model: OnPolicyAlgorithm) -> nn.Module:
+    """The actor of a model of PPO or A2C, for :func:`naoisis.export_policy`: the scores of choices, or the means of numbers."""
+    policy = model.policy
+    if not isinstance(policy, ActorCriticPolicy) or hasattr(policy, "lstm_actor"):
+        raise TypeError(f"model: expected one with an actor and a critic, such as PPO, not {policy!r}")
+    return _Actor(policy)
+
+
+class _Actor(nn.Module):
+    def __init__(self, policy: ActorCriticPolicy):
+        super().__init__()
+        self.policy = policy
+
+    def forward(self, observation: Tensor) -> Tensor:
+        features = self.policy.extract_features(observation)
+        # There are two where the critic has its own.
+        features = features[0] if isinstance(features, tuple) else features
+        outputs: Tensor = self.policy.action_net(self.policy.mlp_extractor.forward_actor(features))
+        return outputs.clamp(-1.0, 1.0) if isinstance(self.policy.action_space, spaces.Box) else outputs

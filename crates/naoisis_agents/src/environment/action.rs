@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::gaze;
 use crate::agents::RobotCommand;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::kick_geometry::KickType;
+use naoisis_core::kick_geometry::{KickType, Side};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::head::{HeadCommand, HeadLimits};
@@ -253,6 +253,34 @@ pub(crate) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
             }
         }
     }
+}
+
+/// The continuous action that is nearest to a command of a robot. Its kick is one of the paper's four kicks: any other kick, and one in
+/// walking, is the straight kick of the same foot.
+pub(super) fn continuous(command: &RobotCommand, world: &World, id: RobotId) -> [f32; CONTINUOUS.len()] {
+    let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok());
+    let limits = robot.and_then(|robot| robot.get::<MotionLimits>().copied()).unwrap_or_default();
+    let head_limits = robot.and_then(|robot| robot.get::<HeadLimits>().copied()).unwrap_or_default();
+    let period_s = world.resource::<CycleClock>().period();
+    let share = |step: f32, greatest: f32| (step / (greatest * period_s)).clamp(-1.0, 1.0);
+    let walk = command.walk.unwrap_or_default();
+    let target = |[low, high]: [f32; 2], angle: f32| (2.0 * (angle - low) / (high - low) - 1.0).clamp(-1.0, 1.0);
+    let head = command.head.unwrap_or_default();
+    let [speed, foot, side] = command.kick.map_or([0.0; 3], |kick| {
+        let sign = |is: bool| if is { 1.0 } else { -1.0 };
+        let KickRequest { kick_type, speed, .. } = kick;
+        [(1.0 + speed.clamp(0.01, 1.0)) / 2.0, sign(kick_type.foot() == Side::Left), sign(kick_type.is_side_kick())]
+    });
+    [
+        share(walk.dx, limits.max_linear_mps),
+        share(walk.dy, limits.max_linear_mps),
+        share(walk.dtheta, limits.max_angular),
+        target(head_limits.yaw, head.yaw),
+        target(head_limits.pitch, head.pitch),
+        speed,
+        foot,
+        side,
+    ]
 }
 
 /// The head of a robot, for the functions that aim it.

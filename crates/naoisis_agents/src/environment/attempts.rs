@@ -121,14 +121,14 @@ pub fn scenario_of_episode(
     Ok(Episode::scenario_of(&first, &[], &challenge.situation, Episode::first_seed(seed)))
 }
 
-fn world(simulator: impl Fn() -> App) -> World {
+pub(super) fn world(simulator: impl Fn() -> App) -> World {
     let mut app = simulator();
     // The cores are used by the episodes, so each match has one thread.
     app.insert_resource(SensingThreads(1));
     core::mem::take(app.world_mut())
 }
 
-fn settings(
+pub(super) fn settings(
     challenge: &Challenge,
     player: &ChallengePlayer,
     world: &World,

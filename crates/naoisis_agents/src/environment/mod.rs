@@ -8,6 +8,7 @@ pub mod action;
 mod attempt_error;
 pub mod attempts;
 pub mod challenge;
+pub mod demonstrations;
 mod ending;
 pub mod entry;
 pub(crate) mod episode;

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-use super::network::{Network, NetworkError, Port};
+use super::network::{Network, NetworkError, Port, Tensor};
 use crate::environment::{ActionKind, ObservationKind};
 use naoisis_core::read_file::read_file;
 
@@ -91,6 +91,9 @@ pub enum PolicyError {
         /// What is wrong, and what is expected.
         problem: String,
     },
+    /// The network has no outputs for an observation.
+    #[error("{0}")]
+    Outputs(String),
 }
 
 naoisis_core::debug_as_displayed!(PolicyError);
@@ -103,11 +106,11 @@ pub struct LoadedPolicy {
     /// Its use.
     pub(super) layout: PolicyLayout,
     /// The index of the input with the observation.
-    pub(super) observation: usize,
+    observation: usize,
     /// The index of the output with the action.
-    pub(super) action: usize,
+    action: usize,
     /// For each state, the indices of its input and of its output.
-    pub(super) states: Vec<[usize; 2]>,
+    states: Vec<[usize; 2]>,
 }
 
 impl LoadedPolicy {
@@ -160,8 +163,41 @@ impl LoadedPolicy {
         Ok(Self { network, layout, observation, action, states })
     }
 
+    /// The layout.
+    pub fn layout(&self) -> &PolicyLayout {
+        &self.layout
+    }
+
+    /// Returns the outputs of the network for an observation: the numbers of the action, or the scores of its choices. `recurrent` has the
+    /// state before the step, or is empty before the first one, and receives the state after it.
+    ///
+    /// # Errors
+    /// The observation has another length than the network's input, or its values cannot be computed.
+    pub fn outputs(&self, observation: Vec<f32>, recurrent: &mut Vec<Vec<f32>>) -> Result<Vec<f32>, PolicyError> {
+        self.run(observation, recurrent).map_err(PolicyError::Outputs)
+    }
+
+    fn run(&self, observation: Vec<f32>, recurrent: &mut Vec<Vec<f32>>) -> Result<Vec<f32>, String> {
+        let ports = self.network.inputs();
+        let mut inputs: Vec<Tensor> = ports.iter().map(|_| Tensor::default()).collect();
+        let shape = Self::shape_of(&ports[self.observation], Some(observation.len()))?;
+        inputs[self.observation] = Tensor { shape, values: observation };
+        recurrent.resize(self.states.len(), Vec::new());
+        for ([input, _], before) in self.states.iter().zip(recurrent.iter()) {
+            let shape = Self::shape_of(&ports[*input], None)?;
+            let count = shape.iter().product();
+            let values = if before.len() == count { before.clone() } else { vec![0.0; count] };
+            inputs[*input] = Tensor { shape, values };
+        }
+        let mut outputs = self.network.run(&inputs).map_err(|error| error.to_string())?;
+        for ([_, output], state) in self.states.iter().zip(recurrent) {
+            state.clone_from(&outputs[*output].values);
+        }
+        Ok(outputs.swap_remove(self.action).values)
+    }
+
     /// The shape of an input that has `count` numbers: free dimensions are 1, but the last one.
-    pub(super) fn shape_of(port: &Port, count: Option<usize>) -> Result<Vec<usize>, String> {
+    fn shape_of(port: &Port, count: Option<usize>) -> Result<Vec<usize>, String> {
         let mut shape: Vec<usize> = port.shape.iter().map(|length| length.unwrap_or(1)).collect();
         let Some(count) = count else { return Ok(shape) };
         if let (Some(last), Some(None)) = (shape.last_mut(), port.shape.last()) {

@@ -31,7 +31,6 @@ use naoisis_core::random::BehaviourRandom;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::sensing::odometry::Odometry;
-use network::Tensor;
 
 /// Lets learned policies play.
 pub struct PolicyPlugin;
@@ -155,35 +154,14 @@ fn step(
     let mut observed = vec![0.0; entries(observation, world, id).len()];
     observe(&mut observed, observation, world, id, &state.memory);
     state.memory.odometry = odometry(world, entity);
-    let outputs = run(&policy, observed, &mut state.recurrent)?;
-    let scores = &outputs[policy.action].values;
-    let action_values = action_of(action, choice, scores, random)?;
+    let scores = policy.outputs(observed, &mut state.recurrent).map_err(|error| error.to_string())?;
+    let action_values = action_of(action, choice, &scores, random)?;
     action.check(&action_values).map_err(|error| error.to_string())?;
     let say = (observation == ObservationKind::Belief).then(|| team_message(world, id)).flatten();
     let command = RobotCommand { say, ..command(action, &action_values, world, id) };
     state.cycles_left = cycles_per_step - 1;
     state.walk = command.walk;
-    Ok((command, Some(named(action, scores))))
-}
-
-/// Runs the network on an observation, and updates the recurrent state.
-fn run(policy: &LoadedPolicy, observed: Vec<f32>, recurrent: &mut Vec<Vec<f32>>) -> Result<Vec<Tensor>, String> {
-    let ports = policy.network.inputs();
-    let mut inputs: Vec<Tensor> = ports.iter().map(|_| Tensor::default()).collect();
-    let shape = LoadedPolicy::shape_of(&ports[policy.observation], Some(observed.len()))?;
-    inputs[policy.observation] = Tensor { shape, values: observed };
-    recurrent.resize(policy.states.len(), Vec::new());
-    for ([input, _], before) in policy.states.iter().zip(recurrent.iter()) {
-        let shape = LoadedPolicy::shape_of(&ports[*input], None)?;
-        let count = shape.iter().product();
-        let values = if before.len() == count { before.clone() } else { vec![0.0; count] };
-        inputs[*input] = Tensor { shape, values };
-    }
-    let outputs = policy.network.run(&inputs).map_err(|error| error.to_string())?;
-    for ([_, output], state) in policy.states.iter().zip(recurrent) {
-        state.clone_from(&outputs[*output].values);
-    }
-    Ok(outputs)
+    Ok((command, Some(named(action, &scores))))
 }
 
 /// The action that follows from the outputs of a network: the outputs themselves of a continuous action; otherwise the choices, or

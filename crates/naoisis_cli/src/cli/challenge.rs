@@ -72,7 +72,7 @@ pub struct ChallengeArguments {
 }
 
 /// Parses a level of realism.
-fn realism(word: &str) -> Result<Realism, String> {
+pub(super) fn realism(word: &str) -> Result<Realism, String> {
     [Realism::Paper, Realism::Ideal, Realism::Realistic]
         .into_iter()
         .find(|realism| realism.name() == word)
@@ -201,7 +201,8 @@ fn first_seed(arguments: &ChallengeArguments) -> u64 {
     if arguments.record { RECORD_SEED } else { arguments.seed }
 }
 
-fn threads(wanted: Option<u16>) -> usize {
+/// The number of threads: one per core, unless another number is wanted.
+pub(super) fn threads(wanted: Option<u16>) -> usize {
     wanted.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
 

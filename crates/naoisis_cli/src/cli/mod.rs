@@ -50,6 +50,7 @@ mod check;
 mod check_program;
 mod convert;
 mod dataset;
+mod episodes;
 mod expect;
 mod figures;
 mod game_controller;
@@ -128,6 +129,8 @@ enum Command {
     WhatIf(whatif::WhatIfArguments),
     /// Measure success rates in learning tasks, and verify those of others
     Challenge(challenge::ChallengeArguments),
+    /// Write what players observe and do in learning tasks, as a data set for imitation and offline learning
+    Episodes(episodes::EpisodesArguments),
     /// Make a table from results of learning tasks
     Leaderboard(leaderboard::LeaderboardArguments),
     /// Fit a robot model to logs of a real robot
@@ -173,6 +176,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Realism(arguments)) => realism::realism(program, &arguments),
         Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
         Some(Command::Challenge(arguments)) => challenge::challenge(program, &arguments),
+        Some(Command::Episodes(arguments)) => episodes::episodes(program, &arguments),
         Some(Command::Leaderboard(arguments)) => leaderboard::leaderboard(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Dataset(arguments)) => dataset::dataset(program, &arguments),

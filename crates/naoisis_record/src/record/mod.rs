@@ -28,6 +28,7 @@ pub mod match_summary;
 pub mod mcap;
 pub mod mcap_records;
 mod mcap_trace;
+pub mod minari;
 pub mod mistake_recorder;
 pub mod mistakes;
 pub mod output_file;

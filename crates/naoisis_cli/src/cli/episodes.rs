@@ -1,0 +1,221 @@
+//! `naoisis episodes`: episodes of learning tasks as a data set, for imitation and offline learning.
+
+use clap::Args;
+use serde_json::{Value, json};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use super::batch::progress_bar;
+use super::challenge::{realism, threads};
+use super::interrupt::Interrupt;
+use super::terminal::Printer;
+use super::{Program, report};
+use naoisis_agents::environment::action::CONTINUOUS;
+use naoisis_agents::environment::attempts::{AttemptError, Attempts, ChallengePlayer};
+use naoisis_agents::environment::demonstrations::{Demonstration, Demonstrations};
+use naoisis_agents::environment::{Challenge, ObservationEntry, ObservationKind};
+use naoisis_record::record::minari::{EpisodeSteps, MinariDataset};
+use naoisis_sim::scenario::Realism;
+
+/// Arguments of `naoisis episodes`.
+#[derive(Args, Debug, Clone)]
+pub struct EpisodesArguments {
+    /// The task, see `naoisis list challenges`
+    #[arg(value_name = "NAME")]
+    name: String,
+    /// The behaviour of its robots
+    #[arg(long, value_name = "B", required_unless_present_any = ["team", "policy"], conflicts_with_all = ["team", "policy"])]
+    behaviour: Option<String>,
+    /// The team that plays its robots, or a program: "exec:python3 team.py"
+    #[arg(long, value_name = "T", conflicts_with = "policy")]
+    team: Option<String>,
+    /// The learned policy that plays its robots
+    #[arg(long, value_name = "FILE.onnx")]
+    policy: Option<String>,
+    /// What robots observe
+    #[arg(long, value_name = "perception|belief|truth|body", default_value = "belief", value_parser = observation)]
+    observation: ObservationKind,
+    /// The realism
+    #[arg(long, value_name = "paper|ideal|realistic", default_value = "paper", value_parser = realism)]
+    realism: Realism,
+    /// The model of the robots, instead of the task's
+    #[arg(long, value_name = "MODEL")]
+    robot: Option<String>,
+    /// Number of episodes
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    episodes: u32,
+    /// Seed of the first episode; each further episode has the next seed
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Number of threads [default: one per core]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// The folder of data sets, as in MINARI_DATASETS_PATH
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Parses a kind of observation.
+fn observation(word: &str) -> Result<ObservationKind, String> {
+    serde_json::from_value(word.into()).map_err(|_| "expected one of perception, belief, truth, body".to_owned())
+}
+
+/// Why the episodes ended early.
+enum EpisodesError {
+    Episode(AttemptError),
+    File(io::Error),
+}
+
+impl From<AttemptError> for EpisodesError {
+    fn from(error: AttemptError) -> Self {
+        EpisodesError::Episode(error)
+    }
+}
+
+/// Runs the command.
+pub fn episodes(program: Program, arguments: &EpisodesArguments) -> ExitCode {
+    let challenge = Challenge::named(&arguments.name)
+        .and_then(|challenge| challenge.with(arguments.realism, arguments.robot.as_deref()));
+    let challenge = match challenge {
+        Ok(challenge) => challenge,
+        Err(error) => return report::usage_error(&error.to_string()),
+    };
+    let player = player(arguments);
+    let simulator = || program.simulator();
+    let demonstrations = match Demonstrations::new(&challenge, &player, arguments.observation, simulator) {
+        Ok(demonstrations) => demonstrations,
+        Err(error) => return report::usage_error(&error.to_string()),
+    };
+    let id = id(&challenge, &player, arguments);
+    let facts = facts(&challenge, &player, &demonstrations, arguments);
+    let ranges: Vec<[f32; 2]> = demonstrations.entries().iter().map(|entry| [entry.low, entry.high]).collect();
+    let actions = [[-1.0, 1.0]; CONTINUOUS.len()];
+    let failed = |error: &io::Error| format!("--out: {}: {error}", arguments.out.join(&id).display());
+    let mut dataset = match MinariDataset::create(&arguments.out, &id, [&ranges, &actions], facts) {
+        Ok(dataset) => dataset,
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return report::usage_error(&failed(&error)),
+        Err(error) => return report::failure(&failed(&error)),
+    };
+    let interrupt =
+        match Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once")) {
+            Ok(interrupt) => interrupt,
+            Err(message) => return report::failure(&message),
+        };
+    let attempts = Attempts {
+        episodes: arguments.episodes as usize,
+        first_seed: arguments.seed,
+        threads: threads(arguments.threads),
+    };
+    let progress = progress_bar(attempts.episodes, 0, arguments.quiet);
+    let mut successes = 0;
+    let played = demonstrations.play(&attempts, simulator, interrupt.stop(), |robot: Demonstration| {
+        if challenge.control.first() == Some(&robot.robot) {
+            progress.inc(1);
+        }
+        successes += usize::from(robot.is_success);
+        let written = dataset.add(&EpisodeSteps {
+            observations: &robot.observations,
+            actions: robot.actions.as_flattened(),
+            rewards: &robot.rewards,
+            is_terminated: !robot.is_truncated,
+            is_truncated: robot.is_truncated,
+            seed: robot.seed,
+        });
+        written.map_err(EpisodesError::File)
+    });
+    progress.finish_and_clear();
+    let [episodes, steps] = dataset.written();
+    // What was played before an error or an interruption is a data set, too.
+    let finished = dataset.finish();
+    match (played, finished) {
+        (Err(EpisodesError::Episode(error)), _) => return report::failure(&error.to_string()),
+        (Err(EpisodesError::File(error)), _) | (Ok(()), Err(error)) => return report::failure(&failed(&error)),
+        (Ok(()), Ok(())) => {}
+    }
+    let mut printer = Printer::default();
+    if !arguments.quiet {
+        printer.print(format_args!(
+            "{id}: {episodes} episodes of one robot each, {successes} with success, {steps} steps of {} cycles\n\
+             MINARI_DATASETS_PATH={} python -c 'import minari; print(minari.load_dataset(\"{id}\"))'\n",
+            demonstrations.cycles_per_step(),
+            arguments.out.display()
+        ));
+    }
+    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+}
+
+fn player(arguments: &EpisodesArguments) -> ChallengePlayer {
+    match (&arguments.team, &arguments.policy, &arguments.behaviour) {
+        (Some(team), ..) => ChallengePlayer::Team(team.clone()),
+        (_, Some(file), _) => ChallengePlayer::Policy(file.clone()),
+        (.., word) => {
+            let Ok(player) = word.as_deref().unwrap_or("idle").parse();
+            player
+        }
+    }
+}
+
+/// The name of the data set, such as `naoisis/ScoreEmptyGoal/striker-ideal-v0`.
+fn id(challenge: &Challenge, player: &ChallengePlayer, arguments: &EpisodesArguments) -> String {
+    let player = match player {
+        ChallengePlayer::Policy(file) => Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        ChallengePlayer::Team(name) if !name.contains(':') => name.clone(),
+        ChallengePlayer::Team(_) => "program".to_owned(),
+        player => player.to_string(),
+    };
+    let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+    let player: String = player.chars().map(|letter| if is_word(letter) { letter } else { '_' }).collect();
+    let robot = arguments.robot.as_ref().map(|robot| format!("-{robot}")).unwrap_or_default();
+    format!("naoisis/{}/{player}-{}{robot}-v{}", challenge.name, arguments.realism.name(), challenge.version)
+}
+
+/// What the metadata says of the episodes.
+fn facts(
+    challenge: &Challenge,
+    player: &ChallengePlayer,
+    demonstrations: &Demonstrations,
+    arguments: &EpisodesArguments,
+) -> Value {
+    let observation = serde_json::to_value(arguments.observation).unwrap_or_default();
+    let names: Vec<String> = demonstrations.entries().iter().map(ObservationEntry::to_string).collect();
+    let env_id = format!("naoisis/{}-v{}", challenge.name, challenge.version);
+    let kwargs = json!({
+        "scenario": challenge.name,
+        "observation": observation,
+        "action": "continuous",
+        "cycles_per_step": demonstrations.cycles_per_step(),
+        "realism": arguments.realism.name(),
+    });
+    // As Gymnasium writes the specification of an environment.
+    let env_spec = json!({
+        "id": env_id,
+        "entry_point": "naoisis.environments:MatchEnv",
+        "reward_threshold": null,
+        "nondeterministic": false,
+        "max_episode_steps": null,
+        "order_enforce": true,
+        "disable_env_checker": false,
+        "kwargs": kwargs,
+        "additional_wrappers": [],
+        "vector_entry_point": "naoisis.environments:VectorEnv",
+    });
+    json!({
+        "env_spec": env_spec.to_string(),
+        "algorithm_name": player.to_string(),
+        "author": ["naoisis"],
+        "code_permalink": env!("CARGO_PKG_REPOSITORY"),
+        "description": challenge.description,
+        "requirements": [concat!("naoisis==", env!("CARGO_PKG_VERSION"))],
+        "naoisis": {
+            "realism": arguments.realism.name(),
+            "robot": arguments.robot,
+            "first_seed": arguments.seed,
+            "observation_names": names,
+            "action_names": CONTINUOUS.map(|(name, _)| name),
+        },
+    })
+}

@@ -1,0 +1,208 @@
+"""Learned policies: written as files that naoisis plays, and computed as in a match."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from naoisis import _naoisis
+
+if TYPE_CHECKING:
+    from torch import nn
+
+CHOICES = ("likeliest", "drawn")
+
+# A network of single precision has sums in another order in every library.
+GREATEST_DIFFERENCE = 1e-3
+
+
+class Policy:
+    """A learned policy as matches play it: the network of an ONNX file and the layout beside it, without the library that trained it.
+
+    >>> policy = naoisis.Policy("score.onnx")
+    >>> action = policy(observation)                 # of one robot, or of several, one row each
+
+    It can be an opponent in :meth:`naoisis.self_play.SelfPlay.add`. Like all of naoisis, it computes the same numbers on every machine.
+
+    Args:
+        path: The ONNX file. Its layout, ``score.json``, is beside it.
+        seed: The seed of a policy that draws its choices.
+
+    Attributes:
+        layout: The layout: observation, action, cycles_per_step, choice.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], seed: int = 0):
+        self._inner = _naoisis.Policy(path)
+        self._random = np.random.default_rng(seed)
+        self._states: list[list[list[float]]] = []
+        self.layout = self._inner.layout()
+
+    def reset(self) -> None:
+        """Sets the recurrent state to zero, as at the start of an episode."""
+        self._states = []
+
+    def scores(self, observation: Any) -> np.ndarray:
+        """The outputs of the network: the numbers of a continuous action, or the scores of the choices, all lists in a row.
+
+        A recurrent policy keeps its state from call to call until :meth:`reset`; then the rows must be the same robots in each call.
+        """
+        observed = np.asarray(observation, np.float32)
+        if observed.ndim not in (1, 2):
+            raise ValueError(f"observation: expected one row of numbers, or several, not an array of shape {observed.shape}")
+        rows = np.atleast_2d(observed)
+        states = self._states or [[] for _ in rows]
+        if len(states) != len(rows) and any(states):
+            raise ValueError(f"observation: {len(rows)} rows after {len(states)}; expected as many as before, or `reset` first")
+        if len(states) != len(rows):
+            states = [[] for _ in rows]
+        answers = [self._inner.outputs(np.ascontiguousarray(row), state) for row, state in zip(rows, states)]
+        self._states = [state for _, state in answers]
+        outputs = np.stack([outputs for outputs, _ in answers])
+        return outputs if observed.ndim == 2 else outputs[0]
+
+    def __call__(self, observation: Any) -> np.ndarray:
+        """The action for an observation, or one for each row of observations, as the environments take them."""
+        scores = self.scores(observation)
+        counts, numbers, length = self._inner.choices(), self._inner.numbers(), scores.shape[-1]
+        if length not in (numbers, sum(counts)):
+            expected = f"{sum(counts)} scores, or {numbers} choices" if counts else f"{numbers} numbers"
+            raise ValueError(f"the policy answers {length} numbers; expected {expected} of the action {self.layout['action']!r}")
+        if not counts:
+            return scores
+        if length == numbers:
+            chosen = scores.astype(np.int64)
+        else:
+            lists = np.split(scores, np.cumsum(counts)[:-1], axis=-1)
+            chosen = np.stack([self._choose(scores) for scores in lists], axis=-1)
+        return chosen[..., 0] if self.layout["action"] == "discrete" else chosen
+
+    def _choose(self, scores: np.ndarray) -> np.ndarray:
+        if self._inner.draws():
+            # The largest of scores with Gumbel noise is a draw from their softmax.
+            scores = scores + self._random.gumbel(size=scores.shape)
+        chosen: np.ndarray = np.argmax(scores, axis=-1)
+        return chosen
+
+
+def export_policy(
+    module: nn.Module,
+    path: str | os.PathLike[str],
+    env: Any,
+    *,
+    choice: str = "likeliest",
+    state: Mapping[str, Sequence[int]] | None = None,
+    note: str = "",
+) -> Policy:
+    """Writes a module of PyTorch as a policy that naoisis plays: ``NAME.onnx`` and its layout ``NAME.json``.
+
+    >>> policy = naoisis.export_policy(network, "score.onnx", env)
+
+    Then ``naoisis challenge ScoreEmptyGoal --policy score.onnx`` measures it, and in a scenario ``"behaviour": {"policy": "score.onnx"}``
+    plays it. The written policy is compared with the module on observations of ``env``; if they differ, a :class:`ValueError` says so.
+
+    Args:
+        module: It is called with observations, one row each, and returns the numbers of a continuous action, or the scores (logits) of
+            the choices, all lists in a row.
+        path: The ONNX file to write.
+        env: The environment in which it was trained, of any library of this package: it knows observation, action and cycles per step.
+        choice: ``"likeliest"``, or ``"drawn"`` with the probabilities of a softmax of the scores.
+        state: The names and shapes of recurrent states. The module is called with the observations and then with each of them, and
+            returns the outputs and each of them after the step. Their first value is 0.
+        note: How the policy was made, for people.
+
+    Returns:
+        The policy, read back.
+    """
+    import torch
+
+    path = Path(path)
+    if path.suffix != ".onnx":
+        raise ValueError(f"path: expected a name that ends in .onnx, not {str(path)!r}")
+    if choice not in CHOICES:
+        raise ValueError(f"choice: there is no {choice!r}; expected {' or '.join(CHOICES)}")
+    worlds = _worlds_of(env)
+    if worlds.image_shape:
+        raise ValueError("env: its observation is an image; expected `perception`, `belief` or `body`")
+    names = dict(state or {})
+    observations = _observations(worlds)
+    states = [torch.zeros(*shape) for shape in names.values()]
+    was_training = module.training
+    module.eval()
+    try:
+        known = inspect.signature(torch.onnx.export).parameters
+        with warnings.catch_warnings():
+            # Of the exporter's own changes in later versions.
+            warnings.simplefilter("ignore")
+            torch.onnx.export(
+                module,
+                (torch.from_numpy(observations[:1]), *states),
+                str(path),
+                input_names=["observation", *names],
+                output_names=["action", *(f"{name}_after" for name in names)],
+                opset_version=17,
+                # The other exporter needs one more package.
+                **({"dynamo": False} if "dynamo" in known else {}),
+            )
+        layout = {
+            "observation": worlds.observation,
+            "action": worlds.action,
+            "cycles_per_step": worlds.inner.cycles_per_step,
+            "choice": choice,
+            "state": [{"input": name, "output": f"{name}_after"} for name in names],
+            "note": note,
+        }
+        path.with_suffix(".json").write_text(json.dumps(layout, indent=2) + "\n")
+        policy = Policy(path)
+        _compare(policy, module, observations, states)
+    finally:
+        module.train(was_training)
+    return policy
+
+
+def _worlds_of(env: Any) -> Any:
+    """The worlds of an environment, under all wrappers."""
+    for _ in range(100):
+        if hasattr(env, "_worlds"):
+            return env._worlds
+        inner = next((getattr(env, name) for name in ("envs", "venv", "unwrapped", "env") if hasattr(env, name)), env)
+        if inner is env:
+            break
+        env = inner
+    raise TypeError(f"env: expected an environment of naoisis, not {env!r}")
+
+
+def _observations(worlds: Any) -> np.ndarray:
+    """Some observations, one row each, of all that there can be."""
+    space = worlds.observation_space
+    least, greatest = np.maximum(space.low, -10.0), np.minimum(space.high, 10.0)
+    return np.random.default_rng(0).uniform(least, greatest, (16, *space.shape)).astype(np.float32)
+
+
+def _compare(policy: Policy, module: nn.Module, observations: np.ndarray, states: list[Any]) -> None:
+    """Plays some steps with the written policy and with its module.
+
+    Raises:
+        ValueError: Their outputs differ, or have another length than the action.
+    """
+    import torch
+
+    policy.reset()
+    with torch.no_grad():
+        for step, row in enumerate(observations):
+            answer = module(torch.from_numpy(row[None]), *states)
+            expected, *after = answer if isinstance(answer, tuple) else (answer,)
+            # Without a recurrent state, each step stands for itself.
+            states = after if states else states
+            own = policy.scores(row)
+            if np.abs(own - expected.numpy()[0]).max() > GREATEST_DIFFERENCE * (1.0 + np.abs(own).max()):
+                raise ValueError(f"step {step}: the module answers {expected.numpy()[0]}, and what was written {own}")
+    policy(observations[0])
+    policy.reset()

@@ -1,0 +1,59 @@
+//! Learned policies, computed as in a match.
+
+use naoisis::environment::ActionKind;
+use naoisis::policy::{Choice, LoadedPolicy};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+use crate::values::{Digits, to_python};
+
+/// A policy and its layout. Python has its documentation where it is wrapped.
+#[pyclass(frozen, module = "naoisis._naoisis")]
+pub struct Policy(LoadedPolicy);
+
+#[pymethods]
+impl Policy {
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let read = py.detach(|| LoadedPolicy::read(&path));
+        read.map(Self).map_err(|error| PyValueError::new_err(error.to_string()))
+    }
+
+    /// The layout, as its file has it.
+    fn layout<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, self.0.layout(), Digits::All)
+    }
+
+    /// How many choices each list has; nothing for a continuous action.
+    fn choices(&self) -> Vec<usize> {
+        match self.0.layout().action {
+            ActionKind::Continuous => Vec::new(),
+            choices => choices.names().iter().map(Vec::len).collect(),
+        }
+    }
+
+    /// How many numbers an action has.
+    fn numbers(&self) -> usize {
+        self.0.layout().action.len()
+    }
+
+    /// Whether choices are drawn.
+    fn draws(&self) -> bool {
+        self.0.layout().choice == Choice::Drawn
+    }
+
+    /// The outputs for an observation, and the recurrent state after it.
+    fn outputs<'py>(
+        &self,
+        py: Python<'py>,
+        observation: PyReadonlyArray1<'py, f32>,
+        mut state: Vec<Vec<f32>>,
+    ) -> PyResult<(Bound<'py, PyArray1<f32>>, Vec<Vec<f32>>)> {
+        let observation = observation.as_array().to_vec();
+        let outputs = self.0.outputs(observation, &mut state);
+        let outputs = outputs.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok((PyArray1::from_vec(py, outputs), state))
+    }
+}

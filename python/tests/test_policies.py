@@ -1,0 +1,108 @@
+"""Learned policies: what is trained in Python plays without it, with the same outputs."""
+
+import json
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+import naoisis
+
+SCORE = Path(__file__).parents[2] / "assets/policies/score_empty_goal.onnx"
+
+
+def test_a_policy_of_a_file_scores_in_its_environment():
+    policy = naoisis.Policy(SCORE)
+    assert policy.layout["observation"] == "belief"
+    env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
+    scored = 0
+    for seed in range(1, 6):
+        observation, _ = env.reset(seed=seed)
+        ended = False
+        while not ended:
+            observation, _, terminated, truncated, info = env.step(policy(observation))
+            ended = terminated or truncated
+        scored += info["success"]
+    assert scored >= 4
+
+
+def test_rows_are_robots_and_the_seed_draws():
+    env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief").unwrapped
+    observations = np.zeros((3, len(env.observation_names)))
+    scores = naoisis.Policy(SCORE).scores(observations)
+    assert scores.shape == (3, 13) and np.array_equal(scores[1], naoisis.Policy(SCORE).scores(observations[1]))
+    first, second, other = (naoisis.Policy(SCORE, seed) for seed in (1, 1, 2))
+    drawn = [[policy(observations[0]) for _ in range(40)] for policy in (first, second, other)]
+    assert drawn[0] == drawn[1] != drawn[2]
+
+
+def test_what_is_no_policy_is_refused_by_name(tmp_path):
+    with pytest.raises(ValueError, match="missing.onnx: "):
+        naoisis.Policy(tmp_path / "missing.onnx")
+    with pytest.raises(ValueError, match="has 5: it was made for"):
+        naoisis.Policy(SCORE).scores(np.zeros(5))
+    with pytest.raises(ValueError, match="expected one row of numbers"):
+        naoisis.Policy(SCORE)(np.zeros((1, 1, 1)))
+
+
+@pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete", "velocities"])
+def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
+    torch = pytest.importorskip("torch")
+    envs = naoisis.vector_env("TwoOnTwo", 2, control="blue", observation="belief", action=action, cycles_per_step=5)
+    observations, _ = envs.reset(seed=1)
+    outputs = 8 if action == "continuous" else sum(len(names) for names in envs.action_names)
+    torch.manual_seed(3)
+    last = [torch.nn.Tanh()] if action == "continuous" else []
+    layers = [torch.nn.Linear(observations.shape[1], 32), torch.nn.ReLU(), torch.nn.LayerNorm(32), torch.nn.Linear(32, outputs)]
+    module = torch.nn.Sequential(*layers, *last)
+    policy = naoisis.export_policy(module, tmp_path / "policy.onnx", envs, note="a test")
+    layout = json.loads((tmp_path / "policy.json").read_text())
+    assert (layout["action"], layout["cycles_per_step"], layout["note"]) == (action, 5, "a test")
+    with torch.no_grad():
+        expected = module(torch.from_numpy(observations)).numpy()
+    assert np.allclose(policy.scores(observations), expected, atol=1e-4)
+    envs.step(policy(observations))
+    # The same file plays a whole team, without Python.
+    opponents = naoisis.vector_env("TwoOnTwo", 1, control="pink", opponents=f"policy:{tmp_path / 'policy.onnx'}")
+    opponents.reset(seed=1)
+    opponents.step(opponents.action_space.sample())
+
+
+def test_a_recurrent_module_keeps_its_state(tmp_path):
+    torch = pytest.importorskip("torch")
+    env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
+    observation, _ = env.reset(seed=1)
+
+    class Recurrent(torch.nn.Module):
+        def __init__(self):
+            super().__init__()
+            self.cell, self.out = torch.nn.GRUCell(len(observation), 8), torch.nn.Linear(8, 13)
+
+        def forward(self, observed, hidden):
+            hidden = self.cell(observed, hidden)
+            return self.out(hidden), hidden
+
+    torch.manual_seed(1)
+    policy = naoisis.export_policy(Recurrent(), tmp_path / "policy.onnx", env, state={"hidden": (1, 8)})
+    first, second = policy.scores(observation), policy.scores(observation)
+    assert not np.array_equal(first, second)
+    policy.reset()
+    assert np.array_equal(policy.scores(observation), first)
+    with pytest.raises(ValueError, match="2 rows after 1"):
+        policy.scores(np.stack([observation, observation]))
+
+
+def test_what_cannot_be_exported_is_refused(tmp_path):
+    torch = pytest.importorskip("torch")
+    env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
+    length = env.observation_space.shape[0]
+    with pytest.raises(ValueError, match="the policy answers 5 numbers; expected 13 scores, or 1 choices"):
+        naoisis.export_policy(torch.nn.Linear(length, 5), tmp_path / "policy.onnx", env)
+    with pytest.raises(ValueError, match=r"ends in \.onnx"):
+        naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy", env)
+    with pytest.raises(TypeError, match="expected an environment of naoisis"):
+        naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", gymnasium.make("CartPole-v1"))
+    images = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="image")
+    with pytest.raises(ValueError, match="is an image"):
+        naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", images)
