@@ -281,7 +281,7 @@ pub(super) fn tell_the_truth(
         return;
     }
     let is_time = status.is_time();
-    truth.tell_game(status.packet(version, true, numbers, None, PerTeam::default()), is_time);
+    truth.tell_game(status.packet(version, true, numbers, None, PerTeam::default(), None), is_time);
     if is_time {
         let ball_m = ball.single().ok().map(|ball| ball.position);
         let report = |(id, pose, posture): (&RobotId, &Pose, &Posture)| {

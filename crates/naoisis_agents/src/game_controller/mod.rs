@@ -42,7 +42,7 @@ pub use listener::Listener;
 pub use match_network::{LARGEST_OFFSET, MatchNetwork, PortOffsets, open_network};
 pub use network::NetworkSettings;
 pub use packet::{ControlPacket, GamePhase, ProtocolVersion};
-pub use packet_source::PacketSource;
+pub use packet_source::{EndedPart, PacketSource};
 pub use report::ReturnPacket;
 pub use sockets::{HERE, NetworkError, robot_address};
 pub use team_messages::TeamMessages;
@@ -86,6 +86,8 @@ pub struct GameController {
     /// The shoot-out after the last cycle, with its scored shots.
     shoot_out: Option<ShootOut>,
     shots_scored: PerTeam<u16>,
+    /// How the last half or shot ended, as robots and monitors know it.
+    ended: [EndedPart; 2],
 }
 
 impl GameController {
@@ -101,6 +103,7 @@ impl GameController {
             complaints: Complaints::default(),
             shoot_out: None,
             shots_scored: PerTeam::default(),
+            ended: Default::default(),
         })
     }
 
@@ -127,7 +130,8 @@ impl GameController {
         if !is_time && !at_once {
             return;
         }
-        let packet = status.packet(version, for_monitors, team_numbers, colours, self.shots_scored);
+        let ended = &mut self.ended[usize::from(for_monitors)];
+        let packet = status.packet(version, for_monitors, team_numbers, colours, self.shots_scored, Some(ended));
         if let Some(packet) = self.packets[usize::from(for_monitors)].next(packet, is_time) {
             self.network.send(&packet);
         }

@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use super::colours::TeamColours;
 use super::division::Division;
 use super::packet::{ControlPacket, ProtocolVersion};
-use super::packet_source::PacketSource;
+use super::packet_source::{EndedPart, PacketSource};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Penalty, Rules};
 use naoisis_core::pitch::Pitch;
@@ -52,7 +52,7 @@ impl MatchStatus<'_, '_> {
     }
 
     /// The packet of the current state: the true one for monitors, the announced one for robots. Without `colours` it tells what the
-    /// robots wear.
+    /// robots wear. `ended` is how the last half or shot ended, and is updated in play.
     pub fn packet(
         &self,
         version: ProtocolVersion,
@@ -60,18 +60,40 @@ impl MatchStatus<'_, '_> {
         team_numbers: PerTeam<u8>,
         colours: Option<PerTeam<TeamColours>>,
         shots_scored: PerTeam<u16>,
+        ended: Option<&mut EndedPart>,
     ) -> ControlPacket {
         let Self { clock, game, rules, pitch, memory, robots } = self;
         let mut all: Vec<_> = robots.iter().map(|(id, penalty, body)| (*id, *penalty, body.jersey)).collect();
         all.sort_by_key(|(id, ..)| *id);
         let (robots, jerseys): (Vec<_>, Vec<_>) =
             all.into_iter().map(|(id, penalty, jersey)| ((id, penalty), (id, jersey))).unzip();
+        let overtime_cycles = game.overtime_cycles;
         let game = if for_monitors { game } else { memory.announcement.announced(game) };
         let colours = colours.unwrap_or_else(|| TeamColours::worn_by(&jerseys, game));
         let records = &memory.robots;
         let division = Division::on(pitch);
-        PacketSource { game, rules, division, clock, robots: &robots, records, team_numbers, colours, shots_scored }
-            .packet(version, for_monitors)
+        let source = PacketSource {
+            game,
+            rules,
+            division,
+            clock,
+            robots: &robots,
+            records,
+            team_numbers,
+            colours,
+            shots_scored,
+            ended: None,
+        };
+        match ended {
+            Some(ended) if source.game_that_ended().is_some() => {
+                PacketSource { ended: Some(ended), ..source }.packet(version, for_monitors)
+            }
+            ended => {
+                let packet = source.packet(version, for_monitors);
+                ended.into_iter().for_each(|ended| *ended = EndedPart { robots: robots.clone(), overtime_cycles });
+                packet
+            }
+        }
     }
 }
 

@@ -31,14 +31,32 @@ pub struct PacketSource<'a> {
     pub colours: PerTeam<TeamColours>,
     /// The scored shots of a shoot-out, one bit per shot.
     pub shots_scored: PerTeam<u16>,
+    /// How the last part of the match ended; `None` if that is not known.
+    pub ended: Option<&'a EndedPart>,
+}
+
+/// How a half or a shot of a shoot-out ended. It is told while the next one is already prepared.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct EndedPart {
+    /// All robots, each with its penalty.
+    pub robots: Vec<(RobotId, Penalty)>,
+    /// The time that was played beyond the end, cycles.
+    pub overtime_cycles: u64,
 }
 
 impl PacketSource<'_> {
     /// The packet of this state.
     pub fn packet(&self, version: ProtocolVersion, for_monitors: bool) -> ControlPacket {
         let PacketSource { rules, clock, .. } = *self;
-        if let Some(game) = self.game_before_the_break().or_else(|| self.game_after_the_shot()) {
-            return PacketSource { game: &game, ..*self }.packet(version, for_monitors);
+        let break_left = self.seconds_left_of_break();
+        if let Some(game) = self.game_that_ended() {
+            let robots = self.ended.map_or(self.robots, |ended| &ended.robots);
+            let mut packet = PacketSource { game: &game, robots, ended: None, ..*self }.packet(version, for_monitors);
+            packet.secondary_seconds_left = break_left.unwrap_or(packet.secondary_seconds_left);
+            return packet;
+        }
+        if let Some(game) = self.game_before_the_shoot_out() {
+            return PacketSource { game: &game, ended: None, ..*self }.packet(version, for_monitors);
         }
         let game = self.game;
         let left = Team::BOTH.into_iter().find(|team| game.own_end(*team) == End::NegativeX).unwrap_or_default();
@@ -71,40 +89,87 @@ impl PacketSource<'_> {
                 0 => -((game.overtime_cycles as f64 * clock.period_s) as i16),
                 _ => whole_seconds(primary, clock).min(i16::MAX as u64) as i16,
             },
-            secondary_seconds_left: whole_seconds(secondary, clock).min(i16::MAX as u64) as i16,
+            secondary_seconds_left: break_left
+                .unwrap_or_else(|| whole_seconds(secondary, clock).min(i16::MAX as u64) as i16),
             teams: [left, left.opponent()].map(|team| self.team(team, version)),
         }
     }
 
+    /// The state of the game at the end of the half or the shot before, which is told for a while when the next one has been prepared.
+    pub fn game_that_ended(&self) -> Option<Game> {
+        self.game_before_the_break().or_else(|| self.game_after_the_shot()).or_else(|| self.game_after_play())
+    }
+
     /// The state of the game at the end of the half before, which is told in the first half of the break.
     fn game_before_the_break(&self) -> Option<Game> {
-        let Self { game, rules, clock, .. } = *self;
-        let is_break = game.state == GameState::Initial && game.half > 1;
-        let cycles = u64::from(clock.cycles_in(rules.initial_s));
-        (is_break && 2 * game.state_cycles < cycles).then(|| Game {
+        let game = self.game;
+        (2 * game.state_cycles < self.cycles_of_break()?).then(|| Game {
             state: GameState::Finished,
             half: game.half - 1,
             blue_end: game.blue_end.opposite(),
             cycles_left: Some(0),
+            overtime_cycles: self.overtime_cycles(),
             ..game.clone()
         })
     }
 
     /// The state of the game at the end of the shot before, which is told for a moment when the next shot has been prepared.
     fn game_after_the_shot(&self) -> Option<Game> {
-        /// The time for which it is told, s; in a shorter `set`, half of that.
-        const SHOT_OVER_S: f32 = 1.0;
-        let Self { game, rules, clock, .. } = *self;
-        let cycles = u64::from(clock.cycles_in(SHOT_OVER_S.min(0.5 * rules.set_s)));
-        let is_later = |shoot_out: &ShootOut| shoot_out.taken.blue + shoot_out.taken.pink > 0;
-        let shoot_out = game.shoot_out.filter(is_later)?;
+        let game = self.game;
+        let shoot_out = self.shoot_out_in_preparation().filter(|shoot_out| !is_first_shot(shoot_out))?;
         let team = shoot_out.team.opponent();
-        (game.state == GameState::Set && game.state_cycles < cycles).then(|| Game {
+        Some(Game {
             state: GameState::Finished,
             blue_end: game.blue_end.opposite(),
             shoot_out: Some(ShootOut { team, shot: shoot_out.last[team as usize], ..shoot_out }),
             ..game.clone()
         })
+    }
+
+    /// The state of the game at the end of play, which is told for a moment when the first shot of a shoot-out has been prepared.
+    fn game_after_play(&self) -> Option<Game> {
+        let game = self.game;
+        self.shoot_out_in_preparation().filter(is_first_shot)?;
+        (2 * game.state_cycles < self.cycles_after_shot()).then(|| Game {
+            state: GameState::Finished,
+            shoot_out: None,
+            cycles_left: Some(0),
+            overtime_cycles: self.overtime_cycles(),
+            ..game.clone()
+        })
+    }
+
+    /// The state of the game before the first shot, which is told for a moment between the end of play and that shot.
+    fn game_before_the_shoot_out(&self) -> Option<Game> {
+        self.shoot_out_in_preparation().filter(is_first_shot)?;
+        Some(Game { state: GameState::Initial, ..self.game.clone() })
+    }
+
+    /// The shoot-out, while the shot or the play before its next shot is told.
+    fn shoot_out_in_preparation(&self) -> Option<ShootOut> {
+        let game = self.game;
+        game.shoot_out.filter(|_| game.state == GameState::Set && game.state_cycles < self.cycles_after_shot())
+    }
+
+    /// The time for which the end of a shot is told, cycles: a second, or half of a shorter `set`.
+    fn cycles_after_shot(&self) -> u64 {
+        u64::from(self.clock.cycles_in(0.5 * self.rules.set_s.min(2.0)))
+    }
+
+    /// The length of the break before a half, cycles; `None` in play.
+    fn cycles_of_break(&self) -> Option<u64> {
+        let is_break = self.game.state == GameState::Initial && self.game.half > 1 && self.game.shoot_out.is_none();
+        is_break.then(|| u64::from(self.clock.cycles_in(self.rules.initial_s)))
+    }
+
+    /// The time until the break ends, s; `None` in play.
+    fn seconds_left_of_break(&self) -> Option<i16> {
+        let left = self.cycles_of_break()?.saturating_sub(self.game.state_cycles);
+        Some(whole_seconds(left, self.clock).min(i16::MAX as u64) as i16)
+    }
+
+    fn overtime_cycles(&self) -> u64 {
+        self.ended.map_or(self.game.overtime_cycles, |ended| ended.overtime_cycles)
     }
 
     /// The cycles left on the primary and the secondary clock, as a GameController runs them. In `set` the secondary
@@ -185,6 +250,10 @@ impl PacketSource<'_> {
     }
 }
 
+fn is_first_shot(shoot_out: &ShootOut) -> bool {
+    shoot_out.taken.blue + shoot_out.taken.pink == 0
+}
+
 /// The team that shoots, and after the last shot the one that took it.
 fn shooting_team(shoot_out: &ShootOut) -> Team {
     if shoot_out.winner.is_some() { shoot_out.team.opponent() } else { shoot_out.team }
@@ -224,8 +293,20 @@ mod tests {
         let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
         let (division, shots_scored) = (Division::Small, PerTeam::default());
         let colours = TeamColours::worn_by(&[], game);
-        PacketSource { game, rules, division, clock: &clock, robots, records: &[], team_numbers, colours, shots_scored }
-            .packet(VERSION, for_monitors)
+        let records = &[];
+        PacketSource {
+            game,
+            rules,
+            division,
+            clock: &clock,
+            robots,
+            records,
+            team_numbers,
+            colours,
+            shots_scored,
+            ended: None,
+        }
+        .packet(VERSION, for_monitors)
     }
 
     #[test]
@@ -301,7 +382,7 @@ mod tests {
             let mut shoot_out = ShootOut { team: Team::Pink, ..ShootOut::default() };
             shoot_out.shot.cycles = cycles;
             let game = Game { state, shoot_out: Some(shoot_out), cycles_left: Some(0), ..Game::default() };
-            let told = packet(&game, &rules, &robots(), false);
+            let told = packet(&Game { state_cycles: 30, ..game }, &rules, &robots(), false);
             (told.kicking_team, told.seconds_left, told.secondary_seconds_left)
         };
         assert_eq!(told(GameState::Set, 0), (Some(12), 60, 0));
@@ -321,6 +402,53 @@ mod tests {
         };
         assert_eq!(told(59), (GameState::Finished, true, -2, 5));
         assert_eq!(told(60), (GameState::Initial, false, 600, 12));
+    }
+
+    #[test]
+    fn the_end_of_a_half_is_told_as_it_was_and_the_break_counts_down() {
+        let rules = Rules { initial_s: 60.0, set_s: 3.0, ..Rules::default() };
+        let before = vec![(RobotId::new(Team::Blue, 1), Penalty(None)), (RobotId::new(Team::Pink, 2), Penalty(None))];
+        let ended = EndedPart { robots: before, overtime_cycles: 95 };
+        let penalty = ActivePenalty { reason: PenaltyReason::ShootOut, cycles_left: 1 };
+        let now = robots().into_iter().map(|(id, _)| (id, Penalty(Some(penalty)))).collect::<Vec<_>>();
+        let told = |game: &Game| {
+            let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
+            let colours = TeamColours::worn_by(&[], game);
+            let told = PacketSource {
+                game,
+                rules: &rules,
+                division: Division::Small,
+                clock: &clock,
+                robots: &now,
+                records: &[],
+                team_numbers,
+                colours,
+                shots_scored: PerTeam::default(),
+                ended: Some(&ended),
+            };
+            let told = told.packet(VERSION, false);
+            let blue = told.teams.iter().find(|team| team.number == 5).unwrap().players[0].penalty;
+            (told.state, told.phase, told.seconds_left, told.secondary_seconds_left, blue)
+        };
+        let half = |state_cycles| {
+            let (state, cycles_left) = (GameState::Initial, Some(18_000));
+            told(&Game { state, half: 2, state_cycles, cycles_left, ..Game::default() })
+        };
+        let shown = VERSION.penalty_code(PenaltyReason::ShootOut);
+        assert_eq!(half(300), (GameState::Finished, GamePhase::Normal, -3, 50, 0));
+        assert_eq!(half(1500), (GameState::Initial, GamePhase::Normal, 600, 10, shown));
+        // Play is finished before a shoot-out, too, and the shoot-out begins in `initial`.
+        let shot = |state_cycles, taken| {
+            let shoot_out = Some(ShootOut { taken: Score { blue: taken, pink: 0 }, ..ShootOut::default() });
+            let (state, cycles_left) = (GameState::Set, Some(0));
+            let (state, phase, .., blue) =
+                told(&Game { state, half: 2, state_cycles, shoot_out, cycles_left, ..Game::default() });
+            (state, phase, blue)
+        };
+        assert_eq!(shot(10, 0), (GameState::Finished, GamePhase::Normal, 0));
+        assert_eq!(shot(20, 0), (GameState::Initial, GamePhase::ShootOut, shown));
+        assert_eq!(shot(30, 0), (GameState::Set, GamePhase::ShootOut, shown));
+        assert_eq!(shot(10, 1), (GameState::Finished, GamePhase::ShootOut, 0));
     }
 
     #[test]
