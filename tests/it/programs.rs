@@ -6,6 +6,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use crate::game_controller::port_offsets;
 use crate::support::{naoisis, text};
 
 /// Plays, as the whole of a program in Python, until it is time for its misdeed, which is its first argument.
@@ -276,7 +277,20 @@ fn a_check_walks_a_program_through_a_match() {
         let (_, said) = check_in(words);
         assert!(said.contains("answers in every cycle     ok"), "{words:?}: {said}");
     }
+    // It may stand, and it is told the ports of its match.
+    let standing = "import os\nfrom naoisis_agent import play\nos.environ['NAOISIS_PORT_OFFSET']\nplay(lambda _: {})";
+    fs::write(folder.path().join("standing.py"), standing).unwrap();
+    let team = format!("exec:env PYTHONPATH={} python3 standing.py", path_of("clients/python").display());
+    let offset = port_offsets(1).to_string();
+    let network = ["--game-controller", "--team-messages", "--game-controller-port-offset", &offset];
+    let output = naoisis(folder.path(), &[&["check", &team, "--agent-timeout", "60"], &network[..]].concat());
+    assert!(
+        output.status.success() && text(&output.stdout).contains("ok: none, its robot stood"),
+        "{}",
+        text(&output.stdout)
+    );
     for (words, why) in [
+        (&["--blue", "roles"][..], "--blue: a program plays as the blue team"),
         (&[][..], "there is no kick `visual`"),
         (&["--scenario", "hsl2026_midle"], "hsl2026_middle"),
         (&["--set", "nothing=1"], "nothing"),

@@ -145,3 +145,42 @@ fn a_match_of_programs_is_played_again_up_to_the_moment() {
     assert_ne!(afresh["branches"], one["branches"]);
     assert_eq!(outcomes(folder, &[&["m.naoisis", "--blue", "roles"], &few[..]].concat())["outcomes"]["times"], 3);
 }
+
+/// A program that answers differently each time, and ends when the file `end` is there.
+#[cfg(unix)]
+const RANDOM: &str = r#"
+import os, random, sys
+from naoisis_agent import Agent
+agent = Agent()
+for turn in agent.turns():
+    if os.path.exists("end"):
+        sys.exit(1)
+    agent.answer(turn, {"walk": [random.uniform(0, 0.006), 0, random.uniform(-1, 1)], "head_deg": [random.uniform(-60, 60), 0]})
+"#;
+
+#[test]
+#[cfg(unix)]
+fn programs_that_answer_differently_are_forked_where_the_trace_was_and_their_losses_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("random_walk.py"), RANDOM).unwrap();
+    let clients = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
+    let program = format!("exec:env PYTHONPATH={} python3 random_walk.py", clients.display());
+    let common = ["run", "match3v3", "--realism", "ideal", "--quiet", "--agent-timeout", "60", "--blue", &program];
+    let output =
+        naoisis(folder, &[&common[..], &["--duration", "4", "--trace", "m.jsonl", "--save", "m.naoisis"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let few = ["--times", "2", "--until", "1", "--agent-timeout", "60"];
+    let forked = outcomes(folder, &[&["m.jsonl@3"], &few[..]].concat());
+    assert_eq!(forked["outcomes"]["times"], 2);
+    // Others may go on for them there, too.
+    let others = outcomes(folder, &[&["m.jsonl@3", "--blue", "roles"], &few[..]].concat());
+    assert_eq!(others["outcomes"]["times"], 2);
+    fs::write(folder.join("end"), "").unwrap();
+    let lost = naoisis(folder, &[&["whatif", "m.jsonl@3"], &few[..]].concat());
+    let said = text(&lost.stderr);
+    assert!(lost.status.code() == Some(2) && said.contains("lost its program at 0.0"), "{said}");
+    let begun = naoisis(folder, &[&["whatif", "m.naoisis", "--blue", &program], &few[..]].concat());
+    let said = text(&begun.stderr);
+    assert!(said.contains("programs were lost in 2 of 2 repetitions; the first one, of blue1"), "{said}");
+}

@@ -9,9 +9,10 @@ use std::sync::atomic::AtomicBool;
 
 use naoisis_agents::agents;
 use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::statistics::{self, Estimate};
-use naoisis_core::team::{PerTeam, Team};
+use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::simulation::{MatchApp, Snapshot, SnapshotError, play_in_order};
 
@@ -67,7 +68,7 @@ fn score(world: &World) -> PerTeam<u32> {
 }
 
 /// The result of one branch.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Continuation {
     /// Index of the branch, from 0.
     pub index: usize,
@@ -81,6 +82,26 @@ pub struct Continuation {
     pub ball_m: Option<Vec2>,
     /// The time at the end, s since the start of the match.
     pub end_s: f64,
+    /// The robots that lost their programs, and how.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub programs_lost: Vec<ProgramLost>,
+}
+
+/// A program that was lost.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct ProgramLost {
+    /// The robot that it played.
+    pub robot: RobotId,
+    /// What happened.
+    pub message: String,
+}
+
+/// The programs that were lost in the last cycle of the match in `world`.
+pub fn programs_lost(world: &World) -> impl Iterator<Item = ProgramLost> {
+    world.resource::<CycleEvents>().iter().filter_map(|event| match event {
+        MatchEvent::AgentLost { robot, message, .. } => Some(ProgramLost { robot: *robot, message: message.clone() }),
+        _ => None,
+    })
 }
 
 /// The number, length and seeds of branches.
@@ -142,7 +163,7 @@ pub fn play_branches_from<E: Send>(
 /// Plays a branch that has begun.
 fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Continuation {
     let world = app.world_mut();
-    let mut first_goal = None;
+    let (mut first_goal, mut lost) = (None, Vec::new());
     let goals = |world: &World| {
         let now = score(world);
         PerTeam { blue: now.blue.saturating_sub(moment.score.blue), pink: now.pink.saturating_sub(moment.score.pink) }
@@ -151,6 +172,7 @@ fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> 
         && world.resource::<Game>().state != GameState::Finished
     {
         run_cycle(world);
+        lost.extend(programs_lost(world));
         if first_goal.is_none() {
             let scorer = Team::BOTH.into_iter().find(|team| goals(world)[*team] > 0);
             first_goal = scorer.map(|team| (team, world.resource::<CycleClock>().end_time_s() - moment.time_s));
@@ -160,7 +182,7 @@ fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> 
     let goals = goals(world);
     let end_s = world.resource::<CycleClock>().end_time_s();
     let ball_m = app.ball().map(|ball| ball.position);
-    Continuation { index, seed, goals, first_goal, ball_m, end_s }
+    Continuation { index, seed, goals, first_goal, ball_m, end_s, programs_lost: lost }
 }
 
 /// Statistics of the branches of a moment, with intervals of 95 % confidence.
@@ -273,6 +295,7 @@ mod tests {
             first_goal: first,
             ball_m: Some(Vec2::new(1.0, -1.0)),
             end_s: 30.0,
+            programs_lost: Vec::new(),
         };
         let outcomes = Outcomes::of(&[
             branch(0, 2, 1, Some((Team::Pink, 4.0))),

@@ -45,6 +45,7 @@ mod plugin;
 mod process;
 pub mod protocol;
 mod remote;
+mod replayed;
 pub mod schema;
 pub mod server;
 mod settings;
@@ -59,6 +60,7 @@ pub use remote::{
     AgentError, PlayedElsewhere, belief, believe, command, perception, remote_robots, robots_played_elsewhere,
     with_remote_robots,
 };
+pub use replayed::ReplayedCommands;
 pub use server::Server;
 pub use settings::{AgentSettings, BreakOff, ErrorLines, LeagueNumbers};
 pub use start::{ProgramStartError, start_programs};

@@ -8,6 +8,7 @@ use super::loss::Loss;
 use super::player::{Agent, AgentPlayer, FAREWELL};
 use super::protocol::{Answer, RefusedCommand};
 use super::remote::{CommandComponents, PlayedElsewhere};
+use super::replayed::{ReplayedCommands, command_robots_without_program};
 use super::settings::AgentSettings;
 use super::start::{LostAgents, first_silent, greet, start_waiting};
 
@@ -42,6 +43,7 @@ impl Plugin for AgentsPlugin {
                         greet.run_if(somebody_waits_to_be_greeted),
                         ask.run_if(somebody_plays),
                         receive.run_if(somebody_plays),
+                        command_robots_without_program.run_if(resource_exists::<ReplayedCommands>),
                     )
                         .chain()
                         .in_set(DecideSystems::Ask),
@@ -101,6 +103,7 @@ fn receive(
     clock: Res<CycleClock>,
     mut lost: ResMut<LostAgents>,
     mut events: ResMut<CycleEvents>,
+    replayed: Option<Res<ReplayedCommands>>,
     mut robots: Query<Played>,
 ) {
     let mut players: Vec<_> = robots.iter_mut().collect();
@@ -112,7 +115,12 @@ fn receive(
         let answer = agent.answer(clock.cycle);
         let malformed = |error: UnknownKick| Loss::new(AgentLoss::Malformed, error.to_string());
         let obeyed = answer.and_then(|mut answer| {
-            robot.command.apply(core::mem::take(&mut answer.command)).map(|()| answer).map_err(malformed)
+            let own = core::mem::take(&mut answer.command);
+            let command = match &replayed {
+                Some(replayed) => replayed.instead_of(*robot.id, own),
+                None => own,
+            };
+            robot.command.apply(command).map(|()| answer).map_err(malformed)
         });
         match obeyed {
             Ok(answer) => robot.note(answer, &mut commands),

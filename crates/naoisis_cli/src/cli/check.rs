@@ -36,31 +36,54 @@ pub struct CheckArguments {
     /// Set a field of the scenarios that are played, with --play or for a program: teams.blue=passers
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<Setting>,
-    /// The scenario in which a program plays as the blue team
-    #[arg(long, value_name = "SCENARIO", default_value = "match3v3")]
-    pub scenario: String,
-    /// With --play, the teams.
+    /// The scenario in which a program plays as the blue team [default: match3v3]
+    #[arg(long, value_name = "SCENARIO")]
+    pub scenario: Option<String>,
+    /// With --play, the teams; for a program, the other team.
     #[command(flatten)]
     pub teams: TeamArguments,
     #[command(flatten)]
     pub agents: AgentArguments,
-    /// With --play, the network of the matches.
+    /// With --play or for a program, the network of the matches.
     #[command(flatten)]
     pub game_controller: GameControllerArguments,
+}
+
+impl CheckArguments {
+    /// An error about options that have no effect; `None` if all have one.
+    fn in_vain(&self, has_network: bool) -> Option<String> {
+        let programs = self.files.iter().filter(|file| file.starts_with(TeamsSpec::EXEC)).count();
+        let options = |given: &[(bool, &str)]| {
+            let named: Vec<&str> = given.iter().filter(|(is_given, _)| *is_given).map(|(_, name)| *name).collect();
+            (!named.is_empty()).then(|| named.join(", "))
+        };
+        let plays_scenarios = self.play && programs < self.files.len();
+        let teams = [(self.teams.blue.is_some(), "--blue"), (self.teams.pink.is_some() && programs == 0, "--pink")];
+        let played = [(!self.set.is_empty(), "--set"), (has_network, "--game-controller, --team-messages")];
+        if let Some(options) = options(&teams).filter(|_| !plays_scenarios) {
+            let expected = if programs > 0 {
+                "a program plays as the blue team"
+            } else {
+                "nothing is played; expected --play, too"
+            };
+            return Some(format!("{options}: {expected}"));
+        }
+        if let Some(options) = options(&played).filter(|_| !plays_scenarios && programs == 0) {
+            return Some(format!("{options}: nothing is played; expected --play, too"));
+        }
+        (self.scenario.is_some() && programs == 0)
+            .then(|| "--scenario: there is no program to check; expected \"exec:COMMAND\"".to_owned())
+    }
 }
 
 /// Checks every file, and prints `ok` or all its errors. Returns exit status 2 if there are any.
 pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
     let network = match arguments.game_controller.of_many(cores()) {
-        Ok(Some(_)) if !arguments.play => {
-            return report::usage_error("--game-controller, --team-messages: nothing is played; expected --play, too");
-        }
         Ok(network) => network,
         Err(message) => return report::usage_error(&message),
     };
-    let has_program = arguments.files.iter().any(|file| file.starts_with(TeamsSpec::EXEC));
-    if !arguments.set.is_empty() && !arguments.play && !has_program {
-        return report::usage_error("--set: nothing is played; expected --play, too");
+    if let Some(message) = arguments.in_vain(network.is_some()) {
+        return report::usage_error(&message);
     }
     let interrupt = match Interrupt::watch(|| {}) {
         Ok(interrupt) => interrupt,
@@ -131,8 +154,11 @@ impl Check<'_> {
     fn file(&mut self, file: &str) -> Outcome {
         if file.starts_with(TeamsSpec::EXEC) {
             self.printer.print(format_args!("{file}:\n"));
-            let CheckArguments { scenario, set, agents, .. } = self.arguments;
-            let plays = check_program(self.program, file, &TestMatch { scenario, set, agents }, &mut self.printer);
+            let CheckArguments { scenario, set, agents, teams, .. } = self.arguments;
+            let scenario = scenario.as_deref().unwrap_or("match3v3");
+            let (pink, network) = (teams.pink.as_deref(), self.network.as_ref());
+            let played = TestMatch { scenario, set, agents, pink, network };
+            let plays = check_program(self.program, file, &played, &mut self.printer);
             return if plays {
                 Outcome::Checked
             } else {

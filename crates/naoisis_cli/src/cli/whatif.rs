@@ -17,16 +17,20 @@ use super::outputs::{Output, check_files};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
-use naoisis_agents::agents;
-use naoisis_core::behaviour::Remote;
+use naoisis_agents::agents::{self, ReplayedCommands};
+use naoisis_core::behaviour::{self, Remote};
 use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::events::MatchEvent;
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::replace_file::replace_file;
 use naoisis_core::statistics::Estimate;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_record::batch::begin_programs;
 use naoisis_record::record::read::TraceReader;
-use naoisis_record::whatif::{Continuation, Continuations, Moment, Outcomes, play_branches, play_branches_from};
+use naoisis_record::whatif::{
+    Continuation, Continuations, Moment, Outcomes, ProgramLost, play_branches, play_branches_from, programs_lost,
+};
+use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::{Format, SavedMatch, Scenario, ScenarioFile, Setting};
 use naoisis_sim::simulation::snapshot::reseed;
 use naoisis_sim::simulation::{MatchApp, Snapshot};
@@ -136,6 +140,9 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
         return report::failure(&message);
     }
     let outcomes = Outcomes::of(&rows);
+    if let Some(note) = note_of_losses(&rows) {
+        report::note(&note);
+    }
     let scenario = app.world().resource::<Scenario>();
     let realism = scenario.realism_in_words();
     if let Some(path) = &arguments.json {
@@ -158,6 +165,13 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
     interrupt.finish(printer.finish(ExitCode::SUCCESS))
 }
 
+/// A note about programs that were lost; `None` if none was.
+fn note_of_losses(rows: &[Continuation]) -> Option<String> {
+    let losses = rows.iter().filter(|row| !row.programs_lost.is_empty()).count();
+    let ProgramLost { robot, message } = rows.iter().find_map(|row| row.programs_lost.first())?;
+    Some(format!("programs were lost in {losses} of {} repetitions; the first one, of {robot}: {message}", rows.len()))
+}
+
 fn thread_count(asked_for: Option<u16>) -> usize {
     asked_for.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
@@ -174,6 +188,49 @@ struct PlayedAgain {
     scenario: Scenario,
     /// The number of the cycle at the moment.
     cycle: u64,
+    /// What the trace has of the cycles before the moment; nothing if the match begins there.
+    traced: Vec<TracedCycle>,
+}
+
+/// What a trace has of the programs in a cycle.
+struct TracedCycle {
+    cycle: u64,
+    commands: ReplayedCommands,
+    /// The robots that lost their programs.
+    lost: Vec<RobotId>,
+}
+
+impl TracedCycle {
+    /// What `record` has of the programs, if the trace has `commands`.
+    fn of(record: &CycleRecord, has_commands: bool) -> Self {
+        let command = |robot: &RobotRecord| (robot.id, robot.command.clone().unwrap_or_default());
+        let robots = record.robots.iter().filter(|_| has_commands);
+        let lost = record.events.iter().filter_map(|event| match event {
+            MatchEvent::AgentLost { robot, .. } => Some(*robot),
+            _ => None,
+        });
+        Self { cycle: record.cycle, commands: ReplayedCommands(robots.map(command).collect()), lost: lost.collect() }
+    }
+
+    /// Plays the cycle again, and those before it that the trace left out. Programs answer as in the trace.
+    ///
+    /// # Errors
+    /// A program was lost that was not lost in the trace.
+    fn play(&self, world: &mut World) -> Result<(), String> {
+        while world.resource::<CycleClock>().cycle < self.cycle {
+            let is_last = world.resource::<CycleClock>().cycle + 1 == self.cycle;
+            world.insert_resource(if is_last { self.commands.clone() } else { ReplayedCommands::default() });
+            run_cycle(world);
+            if let Some(ProgramLost { robot, message }) =
+                programs_lost(world).find(|lost| !self.lost.contains(&lost.robot))
+            {
+                let time_s = world.resource::<CycleClock>().end_time_s();
+                return Err(format!("{robot} lost its program at {time_s:.2} s, before the moment: {message}"));
+            }
+        }
+        world.remove_resource::<ReplayedCommands>();
+        Ok(())
+    }
 }
 
 impl PlayedAgain {
@@ -181,6 +238,7 @@ impl PlayedAgain {
     fn go_to_moment(&self, app: &mut App, arguments: &WhatIfArguments) -> Result<(), String> {
         app.start_match(&self.scenario).map_err(|fault| fault.to_string())?;
         begin_programs(app.world_mut())?;
+        self.traced.iter().try_for_each(|cycle| cycle.play(app.world_mut()))?;
         while app.world().resource::<CycleClock>().cycle < self.cycle {
             run_cycle(app.world_mut());
         }
@@ -195,18 +253,19 @@ fn moment_of(app: &mut App) -> Result<Moment, ExitCode> {
 /// Brings the match in `app` to the moment, with the settings of the command line. Returns how branches get there, if programs play.
 fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<Option<PlayedAgain>, ExitCode> {
     let path = Path::new(&arguments.moment);
-    let mut scenario = None;
+    let (mut scenario, mut traced) = (None, Vec::new());
     if is_snapshot(path) {
         let snapshot = Snapshot::load(path, app.world()).map_err(|error| report::usage_error(&error.to_string()))?;
         snapshot
             .restore(app.world_mut())
             .map_err(|error| report::usage_error(&format!("{}: {error}", path.display())))?;
     } else if let Some((path, time_s)) = trace_and_time(&arguments.moment) {
-        scenario = Some(play_again(app, path, time_s)?);
+        let (played, cycles) = play_again(app, path, time_s)?;
+        (scenario, traced) = (Some(played), cycles);
     } else if Format::of_path(path).is_some() {
         let scenario = go_on_from_saved(app, arguments)?;
         let cycle = app.world().resource::<CycleClock>().cycle;
-        return Ok((!remote_teams(app).is_empty()).then_some(PlayedAgain { scenario, cycle }));
+        return Ok((!remote_teams(app).is_empty()).then_some(PlayedAgain { scenario, cycle, traced: Vec::new() }));
     } else {
         return Err(no_moment(&arguments.moment));
     }
@@ -215,15 +274,16 @@ fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<Option<Pla
     let again = if remote.is_empty() {
         None
     } else if let Some(scenario) = changed.filter(|_| remote.iter().all(|team| arguments.teams.of(*team).is_some())) {
-        Some(scenario)
+        Some((scenario, Vec::new()))
     } else if let Some(scenario) = scenario.filter(|_| !arguments.teams.are_given()) {
-        Some(scenario)
+        refuse_absent_programs(app)?;
+        Some((scenario, traced))
     } else {
         return Err(unknown_thoughts());
     };
     change(app, arguments)?;
     let cycle = app.world().resource::<CycleClock>().cycle;
-    Ok(again.map(|scenario| PlayedAgain { scenario, cycle }))
+    Ok(again.map(|(scenario, traced)| PlayedAgain { scenario, cycle, traced }))
 }
 
 /// Changes the settings of the command line.
@@ -275,6 +335,21 @@ fn unknown_thoughts() -> ExitCode {
     )
 }
 
+/// Refuses to go on with robots whose programs connected to the match: a trace does not say how to start them.
+fn refuse_absent_programs(app: &mut App) -> Result<(), ExitCode> {
+    let mut robots = app.world_mut().query_filtered::<&RobotId, (With<Remote>, Without<behaviour::Program>)>();
+    let mut absent: Vec<RobotId> = robots.iter(app.world()).copied().collect();
+    absent.sort();
+    if absent.is_empty() {
+        return Ok(());
+    }
+    let absent = absent.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    Err(report::usage_error(&format!(
+        "{absent}: programs that had connected played these robots, and nothing says how they are started; expected teams that go on \
+         from there, by --blue and --pink"
+    )))
+}
+
 /// Returns the teams with robots that programs play.
 fn remote_teams(app: &mut App) -> Vec<Team> {
     let mut robots = app.world_mut().query_filtered::<&RobotId, With<Remote>>();
@@ -284,8 +359,9 @@ fn remote_teams(app: &mut App) -> Vec<Team> {
     teams
 }
 
-/// Replays the match of a trace until `time_s`, with its programs, and checks that it is the same match. Returns its scenario.
-fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<Scenario, ExitCode> {
+/// Replays the match of a trace until `time_s`, with its programs, which answer as in the trace, and checks that it is the same match.
+/// Returns its scenario, and what the trace has of the programs.
+fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<TracedCycle>), ExitCode> {
     let usage_error = |message: String| report::usage_error(&format!("{}: {message}", path.display()));
     let mut trace = TraceReader::open(path).map_err(|error| report::usage_error(&error.to_string()))?;
     if time_s < 0.0 {
@@ -293,16 +369,17 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<Scenario, ExitC
     }
     app.start_match(trace.scenario()).map_err(|fault| usage_error(fault.to_string()))?;
     begin_programs(app.world_mut()).map_err(usage_error)?;
-    let mut last_s = 0.0;
+    let has_commands = trace.fields().has("robots.command");
+    let (mut last_s, mut cycles) = (0.0, Vec::new());
     loop {
         let record = trace.next_cycle().map_err(|error| report::usage_error(&error.to_string()))?;
         let Some(record) = record else {
             return Err(usage_error(format!("the trace ends at {last_s:.1} s; there is no moment at {time_s} s")));
         };
         last_s = record.time_s;
-        while app.world().resource::<CycleClock>().cycle < record.cycle {
-            run_cycle(app.world_mut());
-        }
+        let cycle = TracedCycle::of(&record, has_commands);
+        cycle.play(app.world_mut()).map_err(usage_error)?;
+        cycles.push(cycle);
         let is_same = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
         // Parts that the trace lacks are not compared.
         let mut same = !trace.fields().has("robots.pose")
@@ -321,7 +398,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<Scenario, ExitC
             return Err(usage_error(message));
         }
         if record.time_s >= time_s - 1e-6 {
-            return Ok(trace.scenario().clone());
+            return Ok((trace.scenario().clone(), cycles));
         }
     }
 }

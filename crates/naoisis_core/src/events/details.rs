@@ -143,6 +143,8 @@ pub enum CommandKind {
     Say,
     /// [`PostureCommand`](crate::robot::posture::PostureCommand).
     Posture,
+    /// [`RequestCommand`](crate::robot::request::RequestCommand).
+    Request,
 }
 
 /// Why a command was refused.

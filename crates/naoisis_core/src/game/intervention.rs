@@ -154,6 +154,9 @@ pub struct TimedIntervention {
 pub struct Interventions {
     /// The interventions for the end of this cycle, in the order of the requests.
     pub queue: Vec<Intervention>,
+    /// Those in the queue that robots requested, in the order of the queue.
+    #[serde(skip)]
+    pub(crate) requested: Vec<(RobotId, Intervention)>,
     /// The interventions for a later time, the latest first.
     scheduled: Vec<TimedIntervention>,
 }
@@ -163,7 +166,7 @@ impl Interventions {
     pub(crate) fn scheduled(list: &[TimedIntervention]) -> Self {
         let mut scheduled: Vec<_> = list.iter().rev().copied().collect();
         scheduled.sort_by(|a, b| b.at_s.total_cmp(&a.at_s));
-        Self { queue: Vec::new(), scheduled }
+        Self { scheduled, ..Self::default() }
     }
 
     /// Moves the interventions that are due at `time_s` to the queue.

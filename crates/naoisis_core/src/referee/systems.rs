@@ -17,9 +17,10 @@ use crate::ball::flight::BallFlight;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::communication::{MessageLimits, MessageSettings, MessageStatistics};
 use crate::cycle::CycleClock;
-use crate::events::{Contacts, CycleEvents, MatchEvent};
+use crate::events::{CommandKind, Contacts, CycleEvents, MatchEvent, Refusal};
 use crate::game::{
-    Game, GameState, Interventions, KickOffProcedure, OutsideReferee, Penalty, Rules, SetPlay, SetPlayKind,
+    Game, GameState, Intervention, Interventions, KickOffProcedure, OutsideReferee, Penalty, Rules, SetPlay,
+    SetPlayKind,
 };
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
@@ -183,8 +184,12 @@ pub(super) fn pass_on_requests(
 ) {
     for (id, entity) in roster.iter() {
         let Ok(mut command) = commands.get_mut(entity) else { continue };
-        if command.0.is_some() {
-            interventions.queue.extend(command.0.take().map(|request| request.intervention(id)));
+        if command.0.is_some()
+            && let Some(request) = command.0.take()
+        {
+            let intervention = request.intervention(id);
+            interventions.queue.push(intervention);
+            interventions.requested.push((id, intervention));
         }
     }
 }
@@ -235,6 +240,9 @@ pub(super) fn officiate(
     if *game != decisions.game {
         game.clone_from(&decisions.game);
     }
+    if !interventions.requested.is_empty() {
+        refuse_requests(&mut interventions.requested, &mut decisions.events);
+    }
     events.append(&mut decisions.events);
     if let (Some(place), Some(ball)) = (decisions.ball, &mut ball) {
         ball.pose.position = place;
@@ -249,6 +257,27 @@ pub(super) fn officiate(
             robot.write(before, after, decisions.moved_aside.contains(&after.id));
         }
     }
+}
+
+/// Adds an event for each robot whose request was refused. Requests are in the order in which they were decided.
+fn refuse_requests(requested: &mut Vec<(RobotId, Intervention)>, events: &mut Vec<MatchEvent>) {
+    let mut refused = Vec::new();
+    let mut decided = events.iter().filter_map(|event| match event {
+        MatchEvent::Intervention { intervention } => Some((*intervention, false)),
+        MatchEvent::InterventionRefused { intervention, .. } => Some((*intervention, true)),
+        _ => None,
+    });
+    for (robot, intervention) in requested.drain(..) {
+        let decision = decided.find(|(of, _)| *of == intervention);
+        if decision.is_some_and(|(_, is_refused)| is_refused) {
+            refused.push(MatchEvent::CommandRefused {
+                robot,
+                command: CommandKind::Request,
+                reason: Refusal::NotAllowed,
+            });
+        }
+    }
+    events.append(&mut refused);
 }
 
 /// Updates the [`GameStatus`] of each robot.

@@ -99,6 +99,7 @@ impl RobotCommand {
             CommandKind::Kick => self.kick = None,
             CommandKind::Posture => self.posture = None,
             CommandKind::Say => self.say = None,
+            CommandKind::Request => self.request = None,
         }
     }
 }

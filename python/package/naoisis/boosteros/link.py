@@ -51,7 +51,7 @@ class Link:
         streams = sys.stdin, sys.stdout
         sys.stdin, sys.stdout = self._streams
         try:
-            fields = ["body", "game", "head_deg", "odometry", "percepts"]
+            fields = ["body", "game", "head_deg", "odometry", "percepts", "sensors"]
             agent: Any = naoisis_agent.Agent("boosteros", images=self._images, fields=fields)
         except naoisis_agent.Refused as refusal:
             print(f"boosteros: the match refuses the agent: {refusal}", file=sys.stderr)

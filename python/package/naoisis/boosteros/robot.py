@@ -237,7 +237,13 @@ class BoosterRobot:
         return CameraInfo(camera.width, camera.height, k, np.zeros(5), np.eye(3), np.hstack([k, np.zeros((3, 1))]))
 
     def get_imu(self, imu_id: str = "") -> IMUState:
-        """Yaw and speed of turning by odometry. The robot lies on its face, or it is upright and its speed is even."""
+        """The inertial unit, with the yaw by odometry. A robot without one is upright and its speed is even, or it lies on its face."""
+        own = self._firmware
+        unit = (own.link.perception.get("sensors") or {}).get("imu")
+        if unit is not None:
+            roll, pitch = np.radians(unit["tilt_deg"])
+            orientation = quaternion_of(float(pitch), own.odometry[2], float(roll))
+            return IMUState(np.array(unit["acceleration_mps2"]), np.radians(unit["turn_degps"]), orientation)
         lies = self._firmware.body == "fallen"
         acceleration = np.array([-_GRAVITY_MPS2, 0.0, 0.0] if lies else [0.0, 0.0, _GRAVITY_MPS2])
         orientation = quaternion_of(math.pi / 2 if lies else 0.0, self._firmware.odometry[2])

@@ -61,10 +61,17 @@ def rpy_of(quaternion: np.ndarray) -> np.ndarray:
     return np.array([roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))])
 
 
-def quaternion_of(pitch: float, yaw: float) -> np.ndarray:
-    """The quaternion `[x, y, z, w]` of a robot with this pitch and yaw, radians."""
-    (sp, cp), (sy, cy) = ((math.sin(angle / 2), math.cos(angle / 2)) for angle in (pitch, yaw))
-    return np.array([-sp * sy, sp * cy, cp * sy, cp * cy])
+def quaternion_of(pitch: float, yaw: float, roll: float = 0.0) -> np.ndarray:
+    """The quaternion `[x, y, z, w]` of a robot with these angles, radians: turned by the yaw, then the pitch, then the roll."""
+    (sp, cp), (sy, cy), (sr, cr) = ((math.sin(angle / 2), math.cos(angle / 2)) for angle in (pitch, yaw, roll))
+    return np.array(
+        [
+            cy * cp * sr - sy * sp * cr,
+            cy * sp * cr + sy * cp * sr,
+            sy * cp * cr - cy * sp * sr,
+            cy * cp * cr + sy * sp * sr,
+        ]
+    )
 
 
 @dataclass

@@ -147,7 +147,7 @@ fn take_kick_commands(
                 reason: Refusal::NotFinite,
             });
             Some(KickMiss::NotANumber)
-        } else if settings.check(request.kick_type).is_err() {
+        } else if settings.get(request.kick_type).is_none() {
             Some(KickMiss::NoSuchKick)
         } else if penalty.is_active() {
             Some(KickMiss::Penalised)

@@ -291,7 +291,7 @@ impl KickSettings {
         match kick_type {
             KickType::Custom(name) if self.own.get(name).is_none() => Err(UnknownKick {
                 wanted: name.to_string(),
-                known: self.models().map(|(kick_type, _)| kick_type.name().to_owned()).collect(),
+                known: self.types().map(|kick_type| kick_type.name().to_owned()).collect(),
             }),
             _ => Ok(()),
         }

@@ -17,6 +17,7 @@ pub(super) fn row(first: Option<Team>, ball: Vec2) -> Continuation {
         first_goal: first.map(|team| (team, 1.0)),
         ball_m: Some(ball),
         end_s: 1.0,
+        programs_lost: Vec::new(),
     }
 }
 
