@@ -4,7 +4,12 @@ use bevy::math::Vec2;
 use naoisis::prelude::*;
 
 use crate::support::{blue, match_of, pink};
+use naoisis::events::{CommandKind, KickMiss, Refusal};
 use naoisis::game::{Intervention, Penalty, PenaltyReason, Score};
+use naoisis::kick_geometry::KickType;
+use naoisis::robot::Roster;
+use naoisis::robot::kick::{KickCommand, KickRequest};
+use naoisis::robot::request::{RequestCommand, TeamRequest};
 
 /// Two robots that stand, and a ball, with nobody to judge them.
 const SCENE: &str = r#"{ "rules": "free", "ball": { "position_m": [0, 1] },
@@ -109,4 +114,34 @@ fn what_cannot_be_done_is_refused_by_name_and_nothing_is_lost() {
     }
     app.world_mut().flush();
     assert_eq!(app.run_cycles(1).game().score, Score { blue: 1, pink: 0 });
+}
+
+#[test]
+fn a_robot_is_told_that_its_request_or_a_kick_it_does_not_have_was_refused() {
+    let scene = r#"{ "league": "hsl2026_middle", "rules": { "preset": "free" }, "robots": [
+        { "number": 2, "pose": [0, 0, 0], "behaviour": "idle" }, { "number": 3, "pose": [3, 0, 0], "behaviour": "idle" }] }"#;
+    let refused = |request: Option<TeamRequest>, kick: Option<KickType>| {
+        let mut app = match_of(scene);
+        let robot = app.world().resource::<Roster>().get(blue(2)).unwrap();
+        app.world_mut().get_mut::<RequestCommand>(robot).unwrap().0 = request;
+        app.world_mut().get_mut::<KickCommand>(robot).unwrap().0 = kick.map(|kick| KickRequest::new(kick, 1.0));
+        // Commands take some cycles to the motors.
+        (0..30).find_map(|_| {
+            app.run_cycles(1).events().iter().find_map(|event| match event {
+                MatchEvent::CommandRefused { robot, command, reason } => Some((*robot, *command, *reason)),
+                MatchEvent::Kick { robot, reason: Some(KickMiss::NoSuchKick), .. } => {
+                    Some((*robot, CommandKind::Kick, Refusal::NotAllowed))
+                }
+                _ => None,
+            })
+        })
+    };
+    let of = |command| Some((blue(2), command, Refusal::NotAllowed));
+    // There is no substitute 7, and these rules have no time-outs.
+    assert_eq!(refused(Some(TeamRequest::Substitute(7)), None), of(CommandKind::Request));
+    assert_eq!(refused(Some(TeamRequest::Timeout), None), of(CommandKind::Request));
+    assert_eq!(refused(Some(TeamRequest::PickUp), None), None);
+    // A Booster has no side kicks.
+    assert_eq!(refused(None, Some(KickType::LeftSide)), of(CommandKind::Kick));
+    assert_eq!(refused(None, Some(KickType::LeftStraight)), None);
 }
