@@ -49,12 +49,18 @@ def test_what_is_no_policy_is_refused_by_name(tmp_path):
 @pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete", "velocities"])
 def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
     torch = pytest.importorskip("torch")
-    envs = naoisis.vector_env("TwoOnTwo", 2, control="blue", observation="belief", action=action, cycles_per_step=5)
+    options = {"control": "blue", "opponents": "roles", "observation": "belief"}
+    envs = naoisis.vector_env("match3v3", 2, action=action, cycles_per_step=5, **options)
     observations, _ = envs.reset(seed=1)
     outputs = 8 if action == "continuous" else sum(len(names) for names in envs.action_names)
     torch.manual_seed(3)
     last = [torch.nn.Tanh()] if action == "continuous" else []
-    layers = [torch.nn.Linear(observations.shape[1], 32), torch.nn.ReLU(), torch.nn.LayerNorm(32), torch.nn.Linear(32, outputs)]
+    layers = [
+        torch.nn.Linear(observations.shape[1], 32),
+        torch.nn.ReLU(),
+        torch.nn.LayerNorm(32),
+        torch.nn.Linear(32, outputs),
+    ]
     module = torch.nn.Sequential(*layers, *last)
     policy = naoisis.export_policy(module, tmp_path / "policy.onnx", envs, note="a test")
     layout = json.loads((tmp_path / "policy.json").read_text())
@@ -64,9 +70,9 @@ def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
     assert np.allclose(policy.scores(observations), expected, atol=1e-4)
     envs.step(policy(observations))
     # The same file plays a whole team, without Python.
-    opponents = naoisis.vector_env("TwoOnTwo", 1, control="pink", opponents=f"policy:{tmp_path / 'policy.onnx'}")
-    opponents.reset(seed=1)
-    opponents.step(opponents.action_space.sample())
+    match = naoisis.Match("match3v3", blue=f"policy:{tmp_path / 'policy.onnx'}", seed=1)
+    match.run(2.0)
+    assert not [event for event in match.truth()["events"] if event["type"] == "agent_lost"]
 
 
 def test_a_recurrent_module_keeps_its_state(tmp_path):

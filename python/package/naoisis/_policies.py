@@ -56,11 +56,15 @@ class Policy:
         """
         observed = np.asarray(observation, np.float32)
         if observed.ndim not in (1, 2):
-            raise ValueError(f"observation: expected one row of numbers, or several, not an array of shape {observed.shape}")
+            raise ValueError(
+                f"observation: expected one row of numbers, or several, not an array of shape {observed.shape}"
+            )
         rows = np.atleast_2d(observed)
         states = self._states or [[] for _ in rows]
         if len(states) != len(rows) and any(states):
-            raise ValueError(f"observation: {len(rows)} rows after {len(states)}; expected as many as before, or `reset` first")
+            raise ValueError(
+                f"observation: {len(rows)} rows after {len(states)}; expected as many as before, or `reset` first"
+            )
         if len(states) != len(rows):
             states = [[] for _ in rows]
         answers = [self._inner.outputs(np.ascontiguousarray(row), state) for row, state in zip(rows, states)]
@@ -74,7 +78,9 @@ class Policy:
         counts, numbers, length = self._inner.choices(), self._inner.numbers(), scores.shape[-1]
         if length not in (numbers, sum(counts)):
             expected = f"{sum(counts)} scores, or {numbers} choices" if counts else f"{numbers} numbers"
-            raise ValueError(f"the policy answers {length} numbers; expected {expected} of the action {self.layout['action']!r}")
+            raise ValueError(
+                f"the policy answers {length} numbers; expected {expected} of the action {self.layout['action']!r}"
+            )
         if not counts:
             return scores
         if length == numbers:
@@ -137,7 +143,9 @@ def export_policy(
     was_training = module.training
     module.eval()
     try:
-        known = inspect.signature(torch.onnx.export).parameters
+        # The exporter by default needs one more package.
+        has_dynamo = "dynamo" in inspect.signature(torch.onnx.export).parameters
+        exporter: dict[str, Any] = {"dynamo": False} if has_dynamo else {}
         with warnings.catch_warnings():
             # Of the exporter's own changes in later versions.
             warnings.simplefilter("ignore")
@@ -148,8 +156,7 @@ def export_policy(
                 input_names=["observation", *names],
                 output_names=["action", *(f"{name}_after" for name in names)],
                 opset_version=17,
-                # The other exporter needs one more package.
-                **({"dynamo": False} if "dynamo" in known else {}),
+                **exporter,
             )
         layout = {
             "observation": worlds.observation,
