@@ -9,7 +9,14 @@ import pytest
 
 import naoisis
 
+
 SCORE = Path(__file__).parents[2] / "assets/policies/score_empty_goal.onnx"
+
+
+def torch_with_onnx():
+    """PyTorch, where it and the package that its exporter needs are installed."""
+    pytest.importorskip("onnx")
+    return pytest.importorskip("torch")
 
 
 def test_a_policy_of_a_file_scores_in_its_environment():
@@ -48,7 +55,7 @@ def test_what_is_no_policy_is_refused_by_name(tmp_path):
 
 @pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete", "velocities"])
 def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
-    torch = pytest.importorskip("torch")
+    torch = torch_with_onnx()
     options = {"control": "blue", "opponents": "roles", "observation": "belief"}
     envs = naoisis.vector_env("match3v3", 2, action=action, cycles_per_step=5, **options)
     observations, _ = envs.reset(seed=1)
@@ -76,7 +83,7 @@ def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
 
 
 def test_a_recurrent_module_keeps_its_state(tmp_path):
-    torch = pytest.importorskip("torch")
+    torch = torch_with_onnx()
     env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
     observation, _ = env.reset(seed=1)
 
@@ -100,7 +107,7 @@ def test_a_recurrent_module_keeps_its_state(tmp_path):
 
 
 def test_what_cannot_be_exported_is_refused(tmp_path):
-    torch = pytest.importorskip("torch")
+    torch = torch_with_onnx()
     env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
     length = env.observation_space.shape[0]
     with pytest.raises(ValueError, match="the policy answers 5 numbers; expected 13 scores, or 1 choices"):

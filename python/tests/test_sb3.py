@@ -63,6 +63,7 @@ def test_environments_of_pettingzoo_come_through_supersuit():
 
 @pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete"])
 def test_what_was_learned_is_a_policy_of_matches(tmp_path, action):
+    pytest.importorskip("onnx")
     envs = VecEnv("TwoOnTwo", 1, control="blue", observation="belief", action=action, set={"duration_s": 1})
     model = PPO("MlpPolicy", envs, n_steps=16, batch_size=16, n_epochs=1, seed=1, device="cpu").learn(64)
     policy = naoisis.export_policy(actor(model), tmp_path / "policy.onnx", model.env)

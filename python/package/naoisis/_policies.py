@@ -107,7 +107,7 @@ def export_policy(
     state: Mapping[str, Sequence[int]] | None = None,
     note: str = "",
 ) -> Policy:
-    """Writes a module of PyTorch as a policy that naoisis plays: ``NAME.onnx`` and its layout ``NAME.json``.
+    """Writes a module of PyTorch as a policy that naoisis plays: ``NAME.onnx`` and its layout ``NAME.json`` (needs ``naoisis[torch]``).
 
     >>> policy = naoisis.export_policy(network, "score.onnx", env)
 
