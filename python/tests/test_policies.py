@@ -9,7 +9,6 @@ import pytest
 
 import naoisis
 
-
 SCORE = Path(__file__).parents[2] / "assets/policies/score_empty_goal.onnx"
 
 
