@@ -156,7 +156,7 @@ fn command_of_step(cycles: &[BTreeMap<RobotId, RobotCommand>], id: RobotId) -> R
     let commands = || cycles.iter().filter_map(|cycle| cycle.get(&id));
     RobotCommand {
         walk: commands().next().and_then(|command| command.walk),
-        head: commands().filter_map(|command| command.head).last(),
+        head: commands().filter_map(|command| command.head).next_back(),
         kick: commands().find_map(|command| command.kick),
         ..default()
     }

@@ -51,7 +51,7 @@ pub struct EpisodesArguments {
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// The folder of data sets, as in MINARI_DATASETS_PATH
+    /// The folder of data sets, as in `MINARI_DATASETS_PATH`
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Print nothing but errors
