@@ -308,3 +308,31 @@ print(len(frames), frames[0], bool(green < 1.2 * red and red > 40))
 """
     _, said, _ = _play(tmp_path, agent, runner=["--images", "head"] if images else [])
     assert any(line.endswith(f"(640, 360) {images}") for line in said), said
+
+
+def test_the_inertial_unit_and_the_calibration_are_those_of_the_robot(tmp_path):
+    agent = """
+import time
+from boosteros.robots.booster import BoosterRobot
+
+robot = BoosterRobot()
+robot.set_velocity(0.3, 0.0, 0.0)
+turns = []
+for _ in range(30):
+    time.sleep(0.02)
+    turns.append(robot.get_imu().angular_velocity.tolist())
+info = robot.get_camera_info()
+print("rocks", any(abs(turn[0]) > 0.01 for turn in turns), round(float(robot.get_imu().linear_acceleration[2])))
+print("camera", info.k.round(1).tolist(), info.d.tolist(), info.distortion_model)
+"""
+    _, said, _ = _play(tmp_path, agent, "--set", "sensors.imu={}")
+    assert "rocks True 10" in said, said
+    assert (
+        "camera [[264.3, 0.0, 319.5], [0.0, 264.3, 179.5], [0.0, 0.0, 1.0]] [0.0, 0.0, 0.0, 0.0, 0.0] plumb_bob" in said
+    )
+    calibration = '{"fx": 500, "fy": 510, "cx": 639.5, "cy": 359.5, "size": [1280, 720], "distortion": [-0.1, 0.02]}'
+    _, said, _ = _play(tmp_path, agent, "--set", f"cameras.intrinsics={calibration}")
+    assert (
+        "camera [[250.0, 0.0, 319.5], [0.0, 255.0, 179.5], [0.0, 0.0, 1.0]] [-0.1, 0.02, 0.0, 0.0, 0.0] plumb_bob"
+        in said
+    )

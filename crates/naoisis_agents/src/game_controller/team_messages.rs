@@ -185,7 +185,12 @@ pub(super) fn take(
 ) {
     let mut refused = Vec::new();
     for (robot, datagram) in messages.take(&process_groups(&programs)) {
-        let Some(mut outbox) = roster.get(robot).and_then(|entity| outboxes.get_mut(entity).ok()) else { continue };
+        let Some(mut outbox) = roster.get(robot).and_then(|entity| outboxes.get_mut(entity).ok()) else {
+            let address = robot_address(messages.team_numbers[robot.team], robot.number);
+            let why = if roster.get(robot).is_some() { "no program plays it" } else { "it is not in the match" };
+            messages.complaints.add(format!("datagrams from {address}, the address of {robot}, are lost: {why}"));
+            continue;
+        };
         let say = outbox.0.get_or_insert_default();
         if say.datagram.is_none() {
             say.datagram = Some(datagram);

@@ -64,9 +64,9 @@ def _result(name: str, percept: dict[str, Any], size_m: tuple[float, float], cam
     """A percept as a detection. Its box has the size that the object has at its distance."""
     u, v = percept["pixel"]
     distance_m = math.hypot(*percept["position_m"])
-    aside, below = (u - camera.width / 2) / camera.focal, (v - camera.height / 2) / camera.focal
+    aside, below = ((at - centre) / focal for at, centre, focal in zip((u, v), camera.centre, camera.focal))
     depth_m = distance_m / math.sqrt(1.0 + aside * aside + below * below)
-    width, height = (camera.focal * metres / max(depth_m, 0.05) for metres in size_m)
+    width, height = (focal * metres / max(depth_m, 0.05) for focal, metres in zip(camera.focal, size_m))
     # Pixels of robots and posts are at their feet, others in the middle.
     lowest = v if name in ("Goalpost", "Opponent") else v + height / 2
     left, right = (round(min(max(x, 0), camera.width)) for x in (u - width / 2, u + width / 2))

@@ -13,12 +13,17 @@ from naoisis.boosteros.kick import Pose, to_robot, wrap
 
 
 class Camera(NamedTuple):
-    """The camera of a robot: the size of its image and its focal length, pixels."""
+    """The camera of a robot: the size of its image, its focal lengths and its principal point, pixels, and its distortion. The middle of
+    the first pixel is at (0.5, 0.5).
+    """
 
     name: str
     width: int
     height: int
-    focal: float
+    focal: tuple[float, float]
+    centre: tuple[float, float]
+    distortion: list[float]
+    distortion_model: str
 
 
 class Link:
@@ -103,5 +108,21 @@ def _camera(settings: dict[str, Any]) -> Camera:
     """The first camera of a robot's model."""
     mount = settings["mounts"][0]
     width, height = mount.get("size") or (settings["width"], settings["height"])
-    half_fov = math.radians(mount.get("diagonal_fov_deg") or settings["diagonal_fov_deg"]) / 2
-    return Camera(mount["name"], width, height, math.hypot(width, height) / 2 / math.tan(half_fov))
+    has_own_view = mount.get("diagonal_fov_deg") is not None
+    calibration = mount.get("intrinsics") or (None if has_own_view else settings.get("intrinsics"))
+    if calibration is not None:
+        # It may be that of images of another size, and counts pixels from the middle of the first one.
+        usual = (width, height) if mount.get("intrinsics") else (settings["width"], settings["height"])
+        across, down = (now / then for now, then in zip((width, height), calibration.get("size") or usual))
+        focal = calibration["fx"] * across, calibration["fy"] * down
+        centre = (calibration["cx"] + 0.5) * across, (calibration["cy"] + 0.5) * down
+        distortion = calibration.get("distortion") or []
+    else:
+        half_fov = math.radians(mount.get("diagonal_fov_deg") or settings["diagonal_fov_deg"]) / 2
+        focal = (math.hypot(width, height) / 2 / math.tan(half_fov),) * 2
+        centre = width / 2, height / 2
+        distortion = mount.get("distortion") or settings["lens"].get("distortion") or []
+    is_fisheye = isinstance(distortion, dict)
+    numbers = [float(number) for number in (distortion["fisheye"] if is_fisheye else distortion)]
+    numbers += [0.0] * ((4 if is_fisheye else 5) - len(numbers))
+    return Camera(mount["name"], width, height, focal, centre, numbers, "equidistant" if is_fisheye else "plumb_bob")

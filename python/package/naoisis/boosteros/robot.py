@@ -233,8 +233,13 @@ class BoosterRobot:
     def get_camera_info(self, camera_id: str = "") -> CameraInfo:
         """The calibration."""
         camera = self._firmware.link.camera
-        k = np.array([[camera.focal, 0, camera.width / 2], [0, camera.focal, camera.height / 2], [0, 0, 1]])
-        return CameraInfo(camera.width, camera.height, k, np.zeros(5), np.eye(3), np.hstack([k, np.zeros((3, 1))]))
+        (fx, fy), (cx, cy) = camera.focal, camera.centre
+        # In ROS the middle of the first pixel is at (0, 0).
+        k = np.array([[fx, 0, cx - 0.5], [0, fy, cy - 0.5], [0, 0, 1]])
+        p = np.hstack([k, np.zeros((3, 1))])
+        return CameraInfo(
+            camera.width, camera.height, k, np.array(camera.distortion), np.eye(3), p, camera.distortion_model
+        )
 
     def get_imu(self, imu_id: str = "") -> IMUState:
         """The inertial unit, with the yaw by odometry. A robot without one is upright and its speed is even, or it lies on its face."""
