@@ -169,8 +169,7 @@ impl PlayedItem<'_, '_> {
             None => {}
         }
         if let Some(reasons) = &mut self.reasons {
-            let Reasons { options, chosen } = answer.reasons.unwrap_or_default();
-            **reasons = Reasons { chosen: chosen.filter(|chosen| *chosen < options.len()), options };
+            **reasons = answer.reasons.unwrap_or_default();
         }
         if let Some(drawings) = &mut self.drawings {
             answer.drawings.into_iter().for_each(|drawing| drawings.add(drawing));

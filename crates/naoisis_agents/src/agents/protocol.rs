@@ -113,6 +113,14 @@ impl Answer {
     /// The part that is wrong.
     pub fn checked(mut self) -> Result<Self, CommandError> {
         self.command = self.command.checked()?;
+        if let Some(Reasons { options, chosen: Some(chosen) }) = &self.reasons
+            && *chosen >= options.len()
+        {
+            return Err(CommandError::NoSuchOption { chosen: *chosen, options: options.len() });
+        }
+        if self.belief.as_ref().is_some_and(has_negative_variance) {
+            return Err(CommandError::NegativeVariance("belief"));
+        }
         let options = self.reasons.iter().flat_map(|reasons| &reasons.options);
         if !self.belief.as_ref().is_none_or(Belief::is_finite) {
             Err(CommandError::NotFinite("belief"))
@@ -127,6 +135,15 @@ impl Answer {
     pub(super) fn take_remarks(&mut self) -> Remarks {
         Remarks { intention: self.intention.take(), values: core::mem::take(&mut self.values) }
     }
+}
+
+/// Whether a variance in a belief is negative, by more than rounding explains.
+fn has_negative_variance(belief: &Belief) -> bool {
+    let [x, _, y, _, _, heading] = belief.pose_covariance;
+    let of_ball = belief.ball.iter().flat_map(|ball| [ball.position_covariance, ball.velocity_covariance]);
+    let of_robots = belief.team_mates.iter().chain(&belief.opponents).map(|robot| robot.covariance);
+    let of_places = of_ball.chain(of_robots).flat_map(|[x, _, y]| [x, y]);
+    of_places.chain([x, y, heading]).any(|variance| variance < -1e-6)
 }
 
 /// Reads a whole number, which some languages write as `1.0`.
@@ -337,6 +354,25 @@ mod tests {
             [&of_k1["messages"], &nao["model"]["messages"]].map(|own| own["max_text_bytes"].as_u64()),
             [Some(64), Some(128)]
         );
+    }
+
+    #[test]
+    fn what_a_program_says_of_itself_must_make_sense() {
+        let checked = |text: &str| {
+            let answer: Answer = serde_json::from_str(&format!(r#"{{ "cycle": 1, {text} }}"#)).unwrap();
+            answer.checked().map_err(|error| error.to_string())
+        };
+        let options = r#""options": [{ "name": "pass" }, { "name": "shoot" }]"#;
+        assert!(checked(&format!(r#""reasons": {{ {options}, "chosen": 1 }}"#)).is_ok());
+        let error = checked(&format!(r#""reasons": {{ {options}, "chosen": 2 }}"#)).unwrap_err();
+        assert_eq!(error, "`reasons.chosen` is 2, of 2 options; expected the index of one of them, from 0");
+        let ball = |variance: f32| {
+            checked(&format!(
+                r#""belief": {{ "ball": {{ "position_m": [1, 2], "position_covariance": [0.1, 0, {variance}] }} }}"#
+            ))
+        };
+        assert!(ball(-1e-9).is_ok() && ball(0.0).is_ok());
+        assert!(ball(-0.1).unwrap_err().starts_with("`belief` has a negative variance"));
     }
 
     #[test]

@@ -30,6 +30,17 @@ pub enum CommandError {
     /// The message reports more robots than there can be.
     #[error("`say.robots_m` has {0} places; expected at most {MOST_ROBOTS}")]
     TooManyRobots(usize),
+    /// The chosen option is none of those that are given.
+    #[error("`reasons.chosen` is {chosen}, of {options} options; expected the index of one of them, from 0")]
+    NoSuchOption {
+        /// The index.
+        chosen: usize,
+        /// The number of options.
+        options: usize,
+    },
+    /// A variance in this part is negative.
+    #[error("`{0}` has a negative variance; expected covariances, such as xx, xy, yy of a position")]
+    NegativeVariance(&'static str),
 }
 
 naoisis_core::debug_as_displayed!(CommandError);
