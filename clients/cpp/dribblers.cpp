@@ -62,7 +62,11 @@ public:
         if (perception["body"].text() == "fallen") return Json::object({{"posture", "get_up"}});
         if (state == "ready") {
             const Place place = in_robot_frame(place_, pose);
-            if (place.x * place.x + place.y * place.y < 0.04) return Json::object();
+            if (place.x * place.x + place.y * place.y < 0.04) {
+                // It faces the middle, where the ball is: the referee removes robots that stand and look elsewhere.
+                const double turn = 0.3 * turn_towards(in_robot_frame({0.0, 0.0}, pose));
+                return Json::object({{"walk", {0.0, 0.0, rounded(turn)}}});
+            }
             const double step_m = place.x > std::abs(place.y) ? step_m_ : 0.0;
             return Json::object({{"walk", {step_m, 0.0, rounded(turn_towards(place))}}});
         }

@@ -69,7 +69,8 @@ function decide(perception, belief, welcome) {
   if (perception.body === "fallen") return { posture: "get_up" };
   if (state === "ready") {
     const [x, y] = inRobotFrame(own.place, pose);
-    if (x * x + y * y < 0.04) return {};
+    // It faces the middle, where the ball is: the referee removes robots that stand and look elsewhere.
+    if (x * x + y * y < 0.04) return { walk: [0, 0, rounded(0.3 * turnTowards(inRobotFrame([0, 0], pose)))] };
     return { walk: [x > Math.abs(y) ? stepM : 0, 0, rounded(turnTowards([x, y]))] };
   }
   if (!belief.ball || belief.ball.age_s > LOST_S) {

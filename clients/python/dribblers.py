@@ -79,7 +79,8 @@ class Dribbler:
         if state == "ready":
             x, y = in_robot_frame(self.place, pose)
             if x * x + y * y < 0.04:
-                return {}
+                # It faces the middle, where the ball is: the referee removes robots that stand and look elsewhere.
+                return {"walk": [0.0, 0.0, rounded(0.3 * turn_towards(in_robot_frame((0.0, 0.0), pose)))]}
             return {"walk": [self.step_m if x > abs(y) else 0.0, 0.0, rounded(turn_towards((x, y)))]}
         if belief["ball"] is None or belief["ball"]["age_s"] > LOST_S:
             # It turns on the spot and looks near, then far.
