@@ -19,6 +19,7 @@ mod counts;
 mod damaged_saves;
 mod datasets;
 mod determinism;
+mod episodes;
 mod errors;
 mod event_messages;
 mod exit_status;

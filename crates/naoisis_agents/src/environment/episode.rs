@@ -186,6 +186,7 @@ impl Episode {
         let mut progress = EpisodeProgress::default();
         let mut cycles = 0;
         let is_stopped = || self.stop.load(Ordering::Relaxed);
+        self.lost = None;
         while cycles < settings.cycles_per_step.max(1) && !progress.is_over() && !is_stopped() {
             for (id, command) in settings.control.iter().zip(&mut commands) {
                 let given = command.clone();
@@ -195,10 +196,13 @@ impl Episode {
                 let _ = agents::command(world, *id, given);
             }
             run_cycle(world);
-            self.lost = world.resource::<CycleEvents>().iter().find_map(|event| match event {
-                MatchEvent::AgentLost { robot, message, .. } => Some((*robot, message.clone())),
-                _ => None,
-            });
+            let lost = || {
+                world.resource::<CycleEvents>().iter().find_map(|event| match event {
+                    MatchEvent::AgentLost { robot, message, .. } => Some((*robot, message.clone())),
+                    _ => None,
+                })
+            };
+            self.lost = self.lost.take().or_else(lost);
             cycles += 1;
             progress = settings.end.progress(world, &settings.control, &mut self.course);
         }
