@@ -115,6 +115,9 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy", env)
     with pytest.raises(TypeError, match="expected an environment of naoisis"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", gymnasium.make("CartPole-v1"))
+    normalised = gymnasium.wrappers.NormalizeObservation(env)
+    with pytest.raises(ValueError, match="NormalizeObservation normalises observations"):
+        naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", normalised)
     images = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="image")
     with pytest.raises(ValueError, match="is an image"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", images)

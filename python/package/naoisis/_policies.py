@@ -6,7 +6,8 @@ import inspect
 import json
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -140,43 +141,54 @@ def export_policy(
     names = dict(state or {})
     observations = _observations(worlds)
     states = [torch.zeros(*shape) for shape in names.values()]
-    was_training = module.training
-    module.eval()
-    try:
-        # The exporter by default needs one more package.
-        has_dynamo = "dynamo" in inspect.signature(torch.onnx.export).parameters
-        exporter: dict[str, Any] = {"dynamo": False} if has_dynamo else {}
-        with warnings.catch_warnings():
-            # Of the exporter's own changes in later versions.
-            warnings.simplefilter("ignore")
-            torch.onnx.export(
-                module,
-                (torch.from_numpy(observations[:1]), *states),
-                str(path),
-                input_names=["observation", *names],
-                output_names=["action", *(f"{name}_after" for name in names)],
-                opset_version=17,
-                **exporter,
-            )
-        layout = {
-            "observation": worlds.observation,
-            "action": worlds.action,
-            "cycles_per_step": worlds.inner.cycles_per_step,
-            "choice": choice,
-            "state": [{"input": name, "output": f"{name}_after"} for name in names],
-            "note": note,
-        }
+    layout = {
+        "observation": worlds.observation,
+        "action": worlds.action,
+        "cycles_per_step": worlds.inner.cycles_per_step,
+        "choice": choice,
+        "state": [{"input": name, "output": f"{name}_after"} for name in names],
+        "note": note,
+    }
+    # The exporter by default needs one more package.
+    has_dynamo = "dynamo" in inspect.signature(torch.onnx.export).parameters
+    exporter: dict[str, Any] = {"dynamo": False} if has_dynamo else {}
+    with _resting(module), warnings.catch_warnings():
+        # Of the exporter's own changes in later versions.
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            module,
+            (torch.from_numpy(observations[:1]), *states),
+            str(path),
+            input_names=["observation", *names],
+            output_names=["action", *(f"{name}_after" for name in names)],
+            opset_version=17,
+            **exporter,
+        )
         path.with_suffix(".json").write_text(json.dumps(layout, indent=2) + "\n")
         policy = Policy(path)
         _compare(policy, module, observations, states)
-    finally:
-        module.train(was_training)
     return policy
 
 
+@contextmanager
+def _resting(module: nn.Module) -> Iterator[None]:
+    """A module in its mode for use, on the processor; afterwards it is as it was."""
+    device = next((parameter.device for parameter in module.parameters()), None)
+    was_training = module.training
+    module.cpu().eval()
+    try:
+        yield
+    finally:
+        module.to(device).train(was_training)
+
+
 def _worlds_of(env: Any) -> Any:
-    """The worlds of an environment, under all wrappers."""
+    """The worlds of an environment, under all wrappers, none of which may change observations."""
     for _ in range(100):
+        if getattr(env, "obs_rms", None) is not None:
+            raise ValueError(
+                f"env: {type(env).__name__} normalises observations; expected a module that does it itself"
+            )
         if hasattr(env, "_worlds"):
             return env._worlds
         inner = next((getattr(env, name) for name in ("envs", "venv", "unwrapped", "env") if hasattr(env, name)), env)

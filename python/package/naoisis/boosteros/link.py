@@ -116,7 +116,7 @@ def _camera(settings: dict[str, Any]) -> Camera:
         across, down = (now / then for now, then in zip((width, height), calibration.get("size") or usual))
         focal = calibration["fx"] * across, calibration["fy"] * down
         centre = (calibration["cx"] + 0.5) * across, (calibration["cy"] + 0.5) * down
-        distortion = calibration.get("distortion") or []
+        distortion: Any = calibration.get("distortion") or []
     else:
         half_fov = math.radians(mount.get("diagonal_fov_deg") or settings["diagonal_fov_deg"]) / 2
         focal = (math.hypot(width, height) / 2 / math.tan(half_fov),) * 2
