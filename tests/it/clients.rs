@@ -331,3 +331,15 @@ fn the_teams_of_the_clients_kick_in_leagues_with_white_goals_and_robots_that_aim
     let output = naoisis(folder.path(), &["run", "kick.json", "--agent-timeout", "60", "--expect", "blue.kicks >= 1"]);
     assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
 }
+
+#[test]
+fn a_team_of_a_client_that_waits_for_a_kick_off_is_not_removed_as_inactive() {
+    let folder = tempfile::tempdir().unwrap();
+    let team = format!("exec:python3 {}", client("python/dribblers.py"));
+    let trace = ["--trace", "waiting.jsonl", "--trace-fields", "events"];
+    let arguments = ["run", "hsl2026_small", "--duration", "35", "--agent-timeout", "60", "--quiet", "--blue", &team];
+    let output = naoisis(folder.path(), &[&arguments[..], &trace].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let trace = fs::read_to_string(folder.path().join("waiting.jsonl")).unwrap();
+    assert!(trace.contains("\"state\":\"playing\"") && !trace.contains("\"reason\":\"inactive\""));
+}

@@ -91,11 +91,19 @@ fn what_programs_say_over_udp_is_a_message_of_the_match() {
     sender.send_to(b"mine", here).unwrap();
     // A robot with a behaviour, and somebody who is no robot, have nothing to say here.
     robot_socket(5, 3, offset).send_to(b"idle", here).unwrap();
+    robot_socket(5, 9, offset).send_to(b"not there", here).unwrap();
     UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().send_to(b"nobody", here).unwrap();
     app.run_cycles(1);
     assert_eq!(refusals(&app), []);
-    let is_told = |event: &MatchEvent| matches!(event, MatchEvent::GameController { message } if message.contains("are from no robot"));
-    assert!(app.world().resource::<CycleEvents>().iter().any(is_told));
+    for words in [
+        "are from no robot",
+        "from 127.1.5.3, the address of blue3, are lost: no program plays it",
+        "from 127.1.5.9, the address of blue9, are lost: it is not in the match",
+    ] {
+        let is_told =
+            |event: &MatchEvent| matches!(event, MatchEvent::GameController { message } if message.contains(words));
+        assert!(app.world().resource::<CycleEvents>().iter().any(is_told), "{words}");
+    }
     perceive(app.world_mut());
     assert_eq!(heard(&team_mate).len(), 0);
     app.run_cycles(1);
