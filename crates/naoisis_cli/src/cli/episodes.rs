@@ -13,16 +13,20 @@ use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::action::CONTINUOUS;
 use naoisis_agents::environment::attempts::{AttemptError, Attempts, ChallengePlayer};
+use naoisis_agents::environment::challenge::CHALLENGES;
 use naoisis_agents::environment::demonstrations::{Demonstration, Demonstrations};
 use naoisis_agents::environment::{Challenge, ObservationEntry, ObservationKind};
 use naoisis_record::record::minari::{EpisodeSteps, MinariDataset};
 use naoisis_sim::scenario::Realism;
 
+/// The word for all tasks.
+const ALL: &str = "all";
+
 /// Arguments of `naoisis episodes`.
 #[derive(Args, Debug, Clone)]
 pub struct EpisodesArguments {
-    /// The task, see `naoisis list challenges`
-    #[arg(value_name = "NAME")]
+    /// The task, see `naoisis list challenges`, or `all`, each a data set of its own
+    #[arg(value_name = "NAME", default_value = ALL)]
     name: String,
     /// The behaviour of its robots
     #[arg(long, value_name = "B", required_unless_present_any = ["team", "policy"], conflicts_with_all = ["team", "policy"])]
@@ -78,33 +82,57 @@ impl From<AttemptError> for EpisodesError {
 
 /// Runs the command.
 pub fn episodes(program: Program, arguments: &EpisodesArguments) -> ExitCode {
-    let challenge = Challenge::named(&arguments.name)
-        .and_then(|challenge| challenge.with(arguments.realism, arguments.robot.as_deref()));
-    let challenge = match challenge {
-        Ok(challenge) => challenge,
-        Err(error) => return report::usage_error(&error.to_string()),
+    let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
+    let interrupt = match watched {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
     };
+    let names = match arguments.name.as_str() {
+        ALL => CHALLENGES.iter().map(|(name, _)| *name).collect(),
+        name => vec![name],
+    };
+    let mut printer = Printer::default();
+    for name in names {
+        match write_data_set(program, name, arguments, &interrupt) {
+            Ok(_) if arguments.quiet => {}
+            Ok(words) => printer.print(words),
+            Err(status) => return interrupt.finish(printer.finish(status)),
+        }
+        if interrupt.is_stopped() {
+            break;
+        }
+    }
+    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+}
+
+/// Plays the episodes of a task and writes their data set. Returns a description of it.
+fn write_data_set(
+    program: Program,
+    name: &str,
+    arguments: &EpisodesArguments,
+    interrupt: &Interrupt,
+) -> Result<String, ExitCode> {
+    let challenge =
+        Challenge::named(name).and_then(|challenge| challenge.with(arguments.realism, arguments.robot.as_deref()));
+    let challenge = challenge.map_err(|error| report::usage_error(&error.to_string()))?;
     let player = player(arguments);
     let simulator = || program.simulator();
-    let demonstrations = match Demonstrations::new(&challenge, &player, arguments.observation, simulator) {
-        Ok(demonstrations) => demonstrations,
-        Err(error) => return report::usage_error(&error.to_string()),
-    };
+    let demonstrations = Demonstrations::new(&challenge, &player, arguments.observation, simulator);
+    let demonstrations = demonstrations.map_err(|error| report::usage_error(&error.to_string()))?;
     let id = id(&challenge, &player, arguments);
     let facts = facts(&challenge, &player, &demonstrations, arguments);
     let ranges: Vec<[f32; 2]> = demonstrations.entries().iter().map(|entry| [entry.low, entry.high]).collect();
     let actions = [[-1.0, 1.0]; CONTINUOUS.len()];
-    let failed = |error: &io::Error| format!("--out: {}: {error}", arguments.out.join(&id).display());
-    let mut dataset = match MinariDataset::create(&arguments.out, &id, [&ranges, &actions], facts) {
-        Ok(dataset) => dataset,
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return report::usage_error(&failed(&error)),
-        Err(error) => return report::failure(&failed(&error)),
+    let failed = |error: &io::Error| {
+        let message = format!("--out: {}: {error}", arguments.out.join(&id).display());
+        if error.kind() == io::ErrorKind::AlreadyExists {
+            report::usage_error(&message)
+        } else {
+            report::failure(&message)
+        }
     };
-    let interrupt =
-        match Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once")) {
-            Ok(interrupt) => interrupt,
-            Err(message) => return report::failure(&message),
-        };
+    let mut dataset =
+        MinariDataset::create(&arguments.out, &id, [&ranges, &actions], facts).map_err(|error| failed(&error))?;
     let attempts = Attempts {
         episodes: arguments.episodes as usize,
         first_seed: arguments.seed,
@@ -132,20 +160,16 @@ pub fn episodes(program: Program, arguments: &EpisodesArguments) -> ExitCode {
     // What was played before an error or an interruption is a data set, too.
     let finished = dataset.finish();
     match (played, finished) {
-        (Err(EpisodesError::Episode(error)), _) => return report::failure(&error.to_string()),
-        (Err(EpisodesError::File(error)), _) | (Ok(()), Err(error)) => return report::failure(&failed(&error)),
+        (Err(EpisodesError::Episode(error)), _) => return Err(report::failure(&error.to_string())),
+        (Err(EpisodesError::File(error)), _) | (Ok(()), Err(error)) => return Err(failed(&error)),
         (Ok(()), Ok(())) => {}
     }
-    let mut printer = Printer::default();
-    if !arguments.quiet {
-        printer.print(format_args!(
-            "{id}: {episodes} episodes of one robot each, {successes} with success, {steps} steps of {} cycles\n\
-             MINARI_DATASETS_PATH={} python -c 'import minari; print(minari.load_dataset(\"{id}\"))'\n",
-            demonstrations.cycles_per_step(),
-            arguments.out.display()
-        ));
-    }
-    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+    Ok(format!(
+        "{id}: {episodes} episodes of one robot each, {successes} with success, {steps} steps of {} cycles\n\
+         MINARI_DATASETS_PATH={} python -c 'import minari; print(minari.load_dataset(\"{id}\"))'\n",
+        demonstrations.cycles_per_step(),
+        arguments.out.display()
+    ))
 }
 
 fn player(arguments: &EpisodesArguments) -> ChallengePlayer {
