@@ -213,6 +213,7 @@ fn facts(
         "action": "continuous",
         "cycles_per_step": demonstrations.cycles_per_step(),
         "realism": arguments.realism.name(),
+        "set": { "model": challenge.scenario().map(|file| file.scenario.model).unwrap_or_default() },
     });
     // As Gymnasium writes the specification of an environment.
     let env_spec = json!({
