@@ -45,8 +45,10 @@ if robot in sys.argv[1:]:
     messages.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     messages.bind(("", port))
 messages.setblocking(False)
+messages.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+there = "127.255.255.255" if "all" in sys.argv else "127.0.0.1"
 def decide(perception):
-    messages.sendto(robot.encode(), ("127.0.0.1", port))
+    messages.sendto(robot.encode(), (there, port))
     try: print("heard", messages.recv(1024).decode(), file=sys.stderr)
     except BlockingIOError: pass
 play(decide, fields=["body"])
@@ -179,6 +181,9 @@ fn datagrams_of_programs_at_any_address_arrive_or_are_told_to_be_lost() {
     assert!(sent.len() == 3 && !trace.contains("game_controller"), "{sent:?} {said}");
     let heard: Vec<&str> = said.lines().filter_map(|line| line.split("heard ").nth(1)).collect();
     assert!(heard.len() > 10 && heard.iter().all(|from| ["blue1", "blue3"].contains(from)), "{said}");
+    // To all addresses, the match is not heard.
+    let (sent, said, _) = play("blue2 to all");
+    assert!(sent.is_empty() && said.contains("do not come to the match: only programs that listen"), "{said}");
     // Those that share an address cannot be told apart.
     let (sent, said, trace) = play("blue1 blue3");
     assert_eq!(sent.into_iter().collect::<Vec<_>>(), ["blue2"], "{said}");

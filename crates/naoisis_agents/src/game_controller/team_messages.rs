@@ -7,7 +7,7 @@
 //! arrives; there is one per cycle. Datagrams that are lost are reported.
 
 use bevy::prelude::*;
-use std::net::{SocketAddr, SocketAddrV4, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 
 use super::complaints::Complaints;
 use super::senders::{Sender, Senders};
@@ -21,6 +21,8 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 
 /// The port of team 0; the number of a team is added to it.
 const FIRST_PORT: u16 = 10_000;
+/// The broadcast address of this machine.
+const BROADCAST: Ipv4Addr = Ipv4Addr::new(127, 255, 255, 255);
 /// The greatest number of datagrams of a team that are read in a cycle. Further ones wait.
 const MOST_DATAGRAMS: usize = 256;
 /// The largest datagram of UDP, bytes.
@@ -30,6 +32,8 @@ const MOST_BYTES: usize = 65_507;
 #[derive(Resource, Debug)]
 pub struct TeamMessages {
     sockets: PerTeam<UdpSocket>,
+    /// Sockets that notice datagrams to the broadcast address of this machine, where the system has them.
+    broadcasts: PerTeam<Option<UdpSocket>>,
     team_numbers: PerTeam<u8>,
     port_offset: u16,
     /// The programs that send from other addresses than those of their robots.
@@ -50,8 +54,13 @@ impl TeamMessages {
             Ok(socket)
         };
         let sockets = PerTeam { blue: open(Team::Blue)?, pink: open(Team::Pink)? };
+        let notice = |team| {
+            let place = SocketAddrV4::new(BROADCAST, port(team_numbers[team], port_offset));
+            bind(place.into()).ok().inspect(share_with_programs)
+        };
+        let broadcasts = PerTeam { blue: notice(Team::Blue), pink: notice(Team::Pink) };
         let (senders, complaints) = (Senders::default(), Complaints::default());
-        Ok(Self { sockets, team_numbers, port_offset, senders, complaints })
+        Ok(Self { sockets, broadcasts, team_numbers, port_offset, senders, complaints })
     }
 
     /// Adds a function that receives messages about datagrams that are lost.
@@ -72,6 +81,7 @@ impl TeamMessages {
         let mut bytes = [0; MOST_BYTES];
         let mut taken = Vec::new();
         for team in Team::BOTH {
+            self.notice_broadcasts(team, &mut bytes);
             for _ in 0..MOST_DATAGRAMS {
                 let Ok((length, from)) = self.sockets[team].recv_from(&mut bytes) else { break };
                 let robot = sender(from, team, self.team_numbers[team]);
@@ -81,6 +91,18 @@ impl TeamMessages {
             }
         }
         taken
+    }
+
+    /// Reports datagrams to the broadcast address: programs hear them past the match, without its delays and losses.
+    fn notice_broadcasts(&mut self, team: Team, bytes: &mut [u8]) {
+        let Some(socket) = &self.broadcasts[team] else { return };
+        if (0..MOST_DATAGRAMS).map_while(|_| socket.recv_from(bytes).ok()).count() > 0 {
+            let port = port(self.team_numbers[team], self.port_offset);
+            self.complaints.add(format!(
+                "datagrams to {BROADCAST}, port {port}, do not come to the match: only programs that listen at any address hear them; \
+                 expected the address {HERE}"
+            ));
+        }
     }
 
     /// The robot of `team` whose program sent a datagram from another address than the robot's. A datagram of nobody is reported once.
