@@ -166,7 +166,7 @@ fn programs_that_answer_differently_are_forked_where_the_trace_was_and_their_los
     fs::write(folder.join("random_walk.py"), RANDOM).unwrap();
     let clients = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
     let program = format!("exec:env PYTHONPATH={} python3 random_walk.py", clients.display());
-    let common = ["run", "match3v3", "--realism", "ideal", "--quiet", "--agent-timeout", "60", "--blue", &program];
+    let common = ["run", "match3v3", "--realism", "realistic", "--quiet", "--agent-timeout", "60", "--blue", &program];
     let output =
         naoisis(folder, &[&common[..], &["--duration", "4", "--trace", "m.jsonl", "--save", "m.naoisis"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));

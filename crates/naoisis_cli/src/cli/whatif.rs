@@ -11,6 +11,7 @@ use std::process::ExitCode;
 use super::agents::{AgentArguments, connected};
 use super::batch::progress_bar;
 use super::begin::{change_match, is_snapshot, scenario_file};
+use super::challenge::threads;
 use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
@@ -18,11 +19,14 @@ use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::agents::{self, ReplayedCommands};
+use naoisis_core::ball::{Ball, BallVelocity};
 use naoisis_core::behaviour::{self, Remote};
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::MatchEvent;
 use naoisis_core::game::{Game, GameState};
+use naoisis_core::geometry::{Pose, wrap_angle};
 use naoisis_core::replace_file::replace_file;
+use naoisis_core::robot::Roster;
 use naoisis_core::statistics::Estimate;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_record::batch::begin_programs;
@@ -87,7 +91,7 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
             return report::usage_error(&message);
         }
     }
-    let cores = thread_count(arguments.threads);
+    let cores = threads(arguments.threads);
     let network = match arguments.game_controller.of_many(cores) {
         Ok(network) => network,
         Err(message) => return report::usage_error(&message),
@@ -172,10 +176,6 @@ fn note_of_losses(rows: &[Continuation]) -> Option<String> {
     Some(format!("programs were lost in {losses} of {} repetitions; the first one, of {robot}: {message}", rows.len()))
 }
 
-fn thread_count(asked_for: Option<u16>) -> usize {
-    asked_for.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
-}
-
 /// Returns the trace and the time that `word` names, if it has this form.
 fn trace_and_time(word: &str) -> Option<(&Path, f64)> {
     let (path, time) = word.rsplit_once('@')?;
@@ -196,20 +196,29 @@ struct PlayedAgain {
 struct TracedCycle {
     cycle: u64,
     commands: ReplayedCommands,
+    /// Where the trace has the robots, if there are such commands.
+    poses: Vec<(RobotId, Pose)>,
+    /// Position and velocity of the ball in the trace, m and m/s, if there are such commands.
+    ball: Option<(Vec2, Vec2)>,
     /// The robots that lost their programs.
     lost: Vec<RobotId>,
 }
 
 impl TracedCycle {
-    /// What `record` has of the programs, if the trace has `commands`.
-    fn of(record: &CycleRecord, has_commands: bool) -> Self {
+    /// What `record` has of these robots.
+    fn of(record: &CycleRecord, commanded: &[RobotId], has_poses: bool) -> Self {
         let command = |robot: &RobotRecord| (robot.id, robot.command.clone().unwrap_or_default());
-        let robots = record.robots.iter().filter(|_| has_commands);
+        let robots = record.robots.iter().filter(|robot| commanded.contains(&robot.id));
         let lost = record.events.iter().filter_map(|event| match event {
             MatchEvent::AgentLost { robot, .. } => Some(*robot),
             _ => None,
         });
-        Self { cycle: record.cycle, commands: ReplayedCommands(robots.map(command).collect()), lost: lost.collect() }
+        let is_replayed = has_poses && !commanded.is_empty();
+        let poses = record.robots.iter().filter(|_| is_replayed).map(|robot| (robot.id, robot.pose)).collect();
+        let ball =
+            record.ball.filter(|_| is_replayed).map(|ball| (ball.position_m.truncate(), ball.velocity_mps.truncate()));
+        let commands = ReplayedCommands(robots.map(command).collect());
+        Self { cycle: record.cycle, commands, poses, ball, lost: lost.collect() }
     }
 
     /// Plays the cycle again, and those before it that the trace left out. Programs answer as in the trace.
@@ -229,8 +238,38 @@ impl TracedCycle {
             }
         }
         world.remove_resource::<ReplayedCommands>();
+        self.undo_drift(world);
         Ok(())
     }
+
+    /// Puts robots and ball to their places in the trace, from which the rounded commands of the trace have led them a little. Otherwise such
+    /// errors would add up until a ball is touched that was missed in the trace.
+    fn undo_drift(&self, world: &mut World) {
+        for (id, traced) in &self.poses {
+            let robot = world.resource::<Roster>().get(*id);
+            if let Some(mut pose) = robot.and_then(|robot| world.get_mut::<Pose>(robot))
+                && has_drifted(*pose, *traced)
+            {
+                *pose = *traced;
+            }
+        }
+        let Some((position, velocity)) = self.ball else { return };
+        let mut balls = world.query_filtered::<(&mut Pose, &mut BallVelocity), With<Ball>>();
+        if let Some((mut pose, mut moves)) = balls.iter_mut(world).next()
+            && has_drifted(*pose, Pose { position, ..*pose })
+        {
+            (pose.position, moves.0) = (position, velocity);
+        }
+    }
+}
+
+/// Whether a robot or ball is beside its place in the trace by more than rounding explains, but not elsewhere.
+fn has_drifted(here: Pose, traced: Pose) -> bool {
+    /// What rounding explains, m and radians.
+    const ROUNDING: f32 = 2e-5;
+    let apart_m = here.position.distance(traced.position);
+    let apart = wrap_angle(here.heading - traced.heading).abs();
+    apart_m < SAME_M && (apart_m > ROUNDING || apart > ROUNDING)
 }
 
 impl PlayedAgain {
@@ -350,10 +389,15 @@ fn refuse_absent_programs(app: &mut App) -> Result<(), ExitCode> {
     )))
 }
 
+/// Returns the robots that programs play.
+fn remote_robots(app: &mut App) -> Vec<RobotId> {
+    let mut robots = app.world_mut().query_filtered::<&RobotId, With<Remote>>();
+    robots.iter(app.world()).copied().collect()
+}
+
 /// Returns the teams with robots that programs play.
 fn remote_teams(app: &mut App) -> Vec<Team> {
-    let mut robots = app.world_mut().query_filtered::<&RobotId, With<Remote>>();
-    let mut teams: Vec<Team> = robots.iter(app.world()).map(|id| id.team).collect();
+    let mut teams: Vec<Team> = remote_robots(app).iter().map(|id| id.team).collect();
     teams.sort();
     teams.dedup();
     teams
@@ -369,7 +413,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
     }
     app.start_match(trace.scenario()).map_err(|fault| usage_error(fault.to_string()))?;
     begin_programs(app.world_mut()).map_err(usage_error)?;
-    let has_commands = trace.fields().has("robots.command");
+    let commanded = if trace.fields().has("robots.command") { remote_robots(app) } else { Vec::new() };
     let (mut last_s, mut cycles) = (0.0, Vec::new());
     loop {
         let record = trace.next_cycle().map_err(|error| report::usage_error(&error.to_string()))?;
@@ -377,7 +421,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
             return Err(usage_error(format!("the trace ends at {last_s:.1} s; there is no moment at {time_s} s")));
         };
         last_s = record.time_s;
-        let cycle = TracedCycle::of(&record, has_commands);
+        let cycle = TracedCycle::of(&record, &commanded, trace.fields().has("robots.pose"));
         cycle.play(app.world_mut()).map_err(usage_error)?;
         cycles.push(cycle);
         let is_same = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
@@ -393,7 +437,8 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
         if !same {
             let message = format!(
                 "played again, the match is another one from {last_s:.2} s on: its behaviours or the program have changed since, \
-                 something was done to it by hand, or its programs do not answer the same way each time"
+                 something was done to it by hand, or its programs do not answer the same way each time, and the rounded numbers of the \
+                 trace lead elsewhere by then; expected an earlier moment"
             );
             return Err(usage_error(message));
         }
