@@ -115,6 +115,18 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy", env)
     with pytest.raises(TypeError, match="expected an environment of naoisis"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", gymnasium.make("CartPole-v1"))
+
+    class Forgetful(torch.nn.Linear):
+        """What it counts in Python is a constant in the file."""
+
+        calls = 0
+
+        def forward(self, observed):
+            self.calls += 1
+            return super().forward(observed) + self.calls
+
+    with pytest.raises(ValueError, match="the module answers"):
+        naoisis.export_policy(Forgetful(length, 13), tmp_path / "policy.onnx", env)
     normalised = gymnasium.wrappers.NormalizeObservation(env)
     with pytest.raises(ValueError, match="NormalizeObservation normalises observations"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", normalised)
