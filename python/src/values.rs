@@ -1,6 +1,6 @@
 //! Values between Rust and Python: dictionaries, lists and numbers in the words of traces and scenario files.
 
-use naoisis::record::shortest_json;
+use naoisis::interface::trace_numbers::shortest_json;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};

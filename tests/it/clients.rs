@@ -39,7 +39,7 @@ fn match_of(program: &str) -> Vec<String> {
     lines[1..lines.len() - 1].to_vec()
 }
 
-/// The team of the clients, as a behaviour.
+/// The team of the clients, as a behaviour, with commands as precise as those of programs.
 #[derive(Component, Default)]
 struct Dribbler;
 
@@ -108,7 +108,7 @@ fn dribble(
     >,
 ) {
     for ((status, body, belief), (mut walk, mut head, mut kick, mut posture, mut outbox)) in &mut robots {
-        let command = RobotCommand::from_value(&decide(status, *body, belief)).unwrap();
+        let command = RobotCommand::from_value(&decide(status, *body, belief)).unwrap().rounded();
         if let Some(wanted) = command.walk {
             *walk = wanted;
         }
@@ -337,7 +337,7 @@ fn a_team_of_a_client_that_waits_for_a_kick_off_is_not_removed_as_inactive() {
     let folder = tempfile::tempdir().unwrap();
     let team = format!("exec:python3 {}", client("python/dribblers.py"));
     let trace = ["--trace", "waiting.jsonl", "--trace-fields", "events"];
-    let arguments = ["run", "hsl2026_small", "--duration", "35", "--agent-timeout", "60", "--quiet", "--blue", &team];
+    let arguments = ["run", "hsl2026_small", "--duration", "60", "--agent-timeout", "60", "--quiet", "--blue", &team];
     let output = naoisis(folder.path(), &[&arguments[..], &trace].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let trace = fs::read_to_string(folder.path().join("waiting.jsonl")).unwrap();

@@ -116,10 +116,8 @@ fn receive(
         let malformed = |error: UnknownKick| Loss::new(AgentLoss::Malformed, error.to_string());
         let obeyed = answer.and_then(|mut answer| {
             let own = core::mem::take(&mut answer.command);
-            let command = match &replayed {
-                Some(replayed) => replayed.instead_of(*robot.id, own),
-                None => own,
-            };
+            let traced = replayed.as_ref().and_then(|replayed| replayed.0.get(robot.id).cloned());
+            let command = traced.unwrap_or_else(|| own.rounded());
             robot.command.apply(command).map(|()| answer).map_err(malformed)
         });
         match obeyed {

@@ -19,14 +19,11 @@ use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::agents::{self, ReplayedCommands};
-use naoisis_core::ball::{Ball, BallVelocity};
 use naoisis_core::behaviour::{self, Remote};
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::MatchEvent;
 use naoisis_core::game::{Game, GameState};
-use naoisis_core::geometry::{Pose, wrap_angle};
 use naoisis_core::replace_file::replace_file;
-use naoisis_core::robot::Roster;
 use naoisis_core::statistics::Estimate;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_record::batch::begin_programs;
@@ -196,29 +193,20 @@ struct PlayedAgain {
 struct TracedCycle {
     cycle: u64,
     commands: ReplayedCommands,
-    /// Where the trace has the robots, if there are such commands.
-    poses: Vec<(RobotId, Pose)>,
-    /// Position and velocity of the ball in the trace, m and m/s, if there are such commands.
-    ball: Option<(Vec2, Vec2)>,
     /// The robots that lost their programs.
     lost: Vec<RobotId>,
 }
 
 impl TracedCycle {
     /// What `record` has of these robots.
-    fn of(record: &CycleRecord, commanded: &[RobotId], has_poses: bool) -> Self {
+    fn of(record: &CycleRecord, commanded: &[RobotId]) -> Self {
         let command = |robot: &RobotRecord| (robot.id, robot.command.clone().unwrap_or_default());
         let robots = record.robots.iter().filter(|robot| commanded.contains(&robot.id));
         let lost = record.events.iter().filter_map(|event| match event {
             MatchEvent::AgentLost { robot, .. } => Some(*robot),
             _ => None,
         });
-        let is_replayed = has_poses && !commanded.is_empty();
-        let poses = record.robots.iter().filter(|_| is_replayed).map(|robot| (robot.id, robot.pose)).collect();
-        let ball =
-            record.ball.filter(|_| is_replayed).map(|ball| (ball.position_m.truncate(), ball.velocity_mps.truncate()));
-        let commands = ReplayedCommands(robots.map(command).collect());
-        Self { cycle: record.cycle, commands, poses, ball, lost: lost.collect() }
+        Self { cycle: record.cycle, commands: ReplayedCommands(robots.map(command).collect()), lost: lost.collect() }
     }
 
     /// Plays the cycle again, and those before it that the trace left out. Programs answer as in the trace.
@@ -238,38 +226,8 @@ impl TracedCycle {
             }
         }
         world.remove_resource::<ReplayedCommands>();
-        self.undo_drift(world);
         Ok(())
     }
-
-    /// Puts robots and ball to their places in the trace, from which the rounded commands of the trace have led them a little. Otherwise such
-    /// errors would add up until a ball is touched that was missed in the trace.
-    fn undo_drift(&self, world: &mut World) {
-        for (id, traced) in &self.poses {
-            let robot = world.resource::<Roster>().get(*id);
-            if let Some(mut pose) = robot.and_then(|robot| world.get_mut::<Pose>(robot))
-                && has_drifted(*pose, *traced)
-            {
-                *pose = *traced;
-            }
-        }
-        let Some((position, velocity)) = self.ball else { return };
-        let mut balls = world.query_filtered::<(&mut Pose, &mut BallVelocity), With<Ball>>();
-        if let Some((mut pose, mut moves)) = balls.iter_mut(world).next()
-            && has_drifted(*pose, Pose { position, ..*pose })
-        {
-            (pose.position, moves.0) = (position, velocity);
-        }
-    }
-}
-
-/// Whether a robot or ball is beside its place in the trace by more than rounding explains, but not elsewhere.
-fn has_drifted(here: Pose, traced: Pose) -> bool {
-    /// What rounding explains, m and radians.
-    const ROUNDING: f32 = 2e-5;
-    let apart_m = here.position.distance(traced.position);
-    let apart = wrap_angle(here.heading - traced.heading).abs();
-    apart_m < SAME_M && (apart_m > ROUNDING || apart > ROUNDING)
 }
 
 impl PlayedAgain {
@@ -421,7 +379,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
             return Err(usage_error(format!("the trace ends at {last_s:.1} s; there is no moment at {time_s} s")));
         };
         last_s = record.time_s;
-        let cycle = TracedCycle::of(&record, &commanded, trace.fields().has("robots.pose"));
+        let cycle = TracedCycle::of(&record, &commanded);
         cycle.play(app.world_mut()).map_err(usage_error)?;
         cycles.push(cycle);
         let is_same = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
@@ -437,8 +395,8 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
         if !same {
             let message = format!(
                 "played again, the match is another one from {last_s:.2} s on: its behaviours or the program have changed since, \
-                 something was done to it by hand, or its programs do not answer the same way each time, and the rounded numbers of the \
-                 trace lead elsewhere by then; expected an earlier moment"
+                 something was done to it by hand, or its programs do not answer the same way each time, and the trace does not have the \
+                 commands of all cycles; expected an earlier moment"
             );
             return Err(usage_error(message));
         }

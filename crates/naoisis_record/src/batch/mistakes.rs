@@ -14,8 +14,9 @@ use super::observer::MatchRow;
 use super::table_file::{TableError, TableFile};
 use super::{Batch, Variants};
 use crate::record::mistakes::{Mistake, MistakeKind};
-use crate::record::{RecordPlugin, shortest_double, shortest_single};
+use crate::record::RecordPlugin;
 use naoisis_core::team::RobotId;
+use naoisis_sim::interface::trace_numbers::{shortest_double, shortest_single};
 
 /// Finds the [mistakes](crate::record::mistakes) in the matches of a batch, for [`MatchRow::mistakes`]. The matches are the same with
 /// it and take a little longer.

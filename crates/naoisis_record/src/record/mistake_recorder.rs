@@ -9,9 +9,9 @@ use std::path::Path;
 use super::mistakes::{Mistake, MistakeFinder, MistakeKind};
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
-use super::shortest_float::shortest_double;
 use naoisis_core::team::RobotId;
 use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::interface::trace_numbers::shortest_double;
 use naoisis_sim::scenario::Scenario;
 
 /// Writes a file of mistakes.

@@ -42,7 +42,6 @@ pub mod read;
 pub mod read_trace;
 pub mod recorder;
 pub mod sheet;
-mod shortest_float;
 pub mod summary_page;
 pub mod summary_picture;
 pub mod summary_recorder;
@@ -55,5 +54,3 @@ pub mod video;
 mod video_file;
 
 pub use plugin::RecordPlugin;
-pub use shortest_float::shortest_json;
-pub(crate) use shortest_float::{shortest_double, shortest_single};

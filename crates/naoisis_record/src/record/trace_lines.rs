@@ -4,11 +4,11 @@ use bevy::prelude::*;
 use serde::Serialize;
 
 use super::recorder::MatchEnd;
-use super::shortest_float::ShortestFloats;
 use naoisis_core::behaviour::reasons::{Reasons, ask_for_reasons};
 use naoisis_core::events::MatchEvent;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::interface::trace_numbers::ShortestFloats;
 use naoisis_sim::scenario::Scenario;
 
 /// Name of the format in the header.

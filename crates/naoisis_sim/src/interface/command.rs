@@ -3,6 +3,7 @@
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use super::trace_numbers::shortest_json;
 use super::vocabulary::RobotCommand;
 use crate::scenario::{FieldPath, read_settings};
 use naoisis_core::communication::MOST_ROBOTS;
@@ -84,6 +85,13 @@ impl RobotCommand {
             },
         }
     }
+
+    /// Returns the command with its numbers as a trace has them. With such commands a match can be played again from its trace.
+    #[must_use]
+    pub fn rounded(self) -> Self {
+        let text = shortest_json(&self).unwrap_or_default();
+        Self::from_json(text.as_bytes()).unwrap_or(self)
+    }
 }
 
 /// Reads a message, or a part of one, from a JSON value.
@@ -101,6 +109,7 @@ pub fn read_value<T: DeserializeOwned>(value: &Value) -> Result<T, CommandError>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn error(text: &str) -> CommandError {
         RobotCommand::from_json(text.as_bytes()).unwrap_err()
@@ -129,5 +138,25 @@ mod tests {
         let checked = |robots: usize| RobotCommand::from_json(told(robots).as_bytes()).and_then(RobotCommand::checked);
         assert!(checked(MOST_ROBOTS).is_ok());
         assert_eq!(checked(MOST_ROBOTS + 1), Err(CommandError::TooManyRobots(MOST_ROBOTS + 1)));
+    }
+
+    proptest! {
+        #[test]
+        fn a_rounded_command_is_read_back_from_a_trace_to_the_last_bit(
+            [dx, dy, turn, yaw, pitch, speed] in proptest::array::uniform6(-1.0_f32..1.0),
+            scale in proptest::sample::select(vec![1e-6_f32, 1e-4, 1e-2, 1.0, 100.0]),
+        ) {
+            let scaled = |number: f32| number * scale;
+            let command = serde_json::json!({
+                "walk": [scaled(dx), scaled(dy), scaled(turn)], "head_deg": [90.0 * yaw, 45.0 * pitch],
+                "kick": { "type": "left_straight", "speed": speed.abs() },
+                "say": { "pose": [scaled(dx), scaled(dy), 180.0 * yaw], "ball_m": [scaled(yaw), scaled(pitch)] },
+            });
+            let command = RobotCommand::from_value(&command).unwrap();
+            let rounded = command.clone().rounded();
+            prop_assert_eq!(&RobotCommand::from_json(shortest_json(&rounded).unwrap().as_bytes()).unwrap(), &rounded);
+            let [given, kept] = [command, rounded].map(|command| command.walk.unwrap());
+            prop_assert!((given.dx - kept.dx).abs() <= 0.6e-5_f32.max(1e-5 * given.dx.abs()));
+        }
     }
 }

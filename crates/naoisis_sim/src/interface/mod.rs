@@ -9,4 +9,5 @@ pub mod cycle_record;
 pub mod fields;
 pub mod gather;
 pub mod trace_fields;
+pub mod trace_numbers;
 pub mod vocabulary;

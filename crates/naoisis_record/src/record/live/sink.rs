@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::record::mcap::channels::ChannelSink;
 use crate::record::mcap::viewer_schema::viewer_schema;
-use crate::record::shortest_float::ShortestFloats;
+use naoisis_sim::interface::trace_numbers::ShortestFloats;
 
 /// Sends messages to viewers. Messages that nobody has subscribed to are not encoded.
 pub(super) struct LiveSink {

@@ -12,7 +12,7 @@ use std::io::{self, BufWriter, Write};
 
 use super::channels::ChannelSink;
 use super::viewer_schema::viewer_schema;
-use crate::record::shortest_float::ShortestFloats;
+use naoisis_sim::interface::trace_numbers::ShortestFloats;
 
 /// Name of the writing library in the header. It has no version, so that files do not change with updates of a library.
 const LIBRARY: &str = "naoisis";
