@@ -160,7 +160,8 @@ impl Match {
                         0 => command.clone(),
                         _ => RobotCommand { walk: command.walk, ..RobotCommand::default() },
                     };
-                    agents::command(&mut played.world, *id, command.rounded()).map_err(|error| agent_error(py, error))?;
+                    agents::command(&mut played.world, *id, command.rounded())
+                        .map_err(|error| agent_error(py, error))?;
                 }
                 if py.detach(|| played.play(1)).map_err(|panic| of_panic(py, &panic))? == 0 {
                     break;

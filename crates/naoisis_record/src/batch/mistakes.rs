@@ -13,8 +13,8 @@ use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::MatchRow;
 use super::table_file::{TableError, TableFile};
 use super::{Batch, Variants};
-use crate::record::mistakes::{Mistake, MistakeKind};
 use crate::record::RecordPlugin;
+use crate::record::mistakes::{Mistake, MistakeKind};
 use naoisis_core::team::RobotId;
 use naoisis_sim::interface::trace_numbers::{shortest_double, shortest_single};
 
