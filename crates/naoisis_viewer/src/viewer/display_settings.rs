@@ -58,6 +58,8 @@ pub fn is_teaching(display: Res<DisplaySettings>) -> bool {
 pub enum Switch {
     /// The list of keys.
     Help,
+    /// The list of commands, to find one by typing.
+    Commands,
     /// The scenario and its settings.
     Game,
     /// The list of events.
@@ -117,6 +119,8 @@ pub struct DisplaySettings {
     pub workspace: Workspace,
     /// The list of keys.
     pub help: bool,
+    /// The list of commands.
+    pub commands: bool,
     /// The scenario and its settings.
     pub game: bool,
     /// The list of events.
@@ -150,6 +154,7 @@ impl Default for DisplaySettings {
         Self {
             workspace: Workspace::default(),
             help: false,
+            commands: false,
             game: false,
             events: true,
             labels: true,
@@ -169,7 +174,8 @@ impl Default for DisplaySettings {
 
 impl DisplaySettings {
     /// Panels at the right or above the match. Only one of them is open at a time.
-    const OPENED: [Switch; 5] = [Switch::Help, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
+    const OPENED: [Switch; 6] =
+        [Switch::Help, Switch::Commands, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
 
     /// Shows or hides a part of the window.
     pub fn toggle(&mut self, switch: Switch) {
@@ -194,6 +200,7 @@ impl DisplaySettings {
     pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
         match switch {
             Switch::Help => &mut self.help,
+            Switch::Commands => &mut self.commands,
             Switch::Game => &mut self.game,
             Switch::Events => &mut self.events,
             Switch::Labels => &mut self.labels,

@@ -1,5 +1,6 @@
 //! The keys of the window. The help shows the same table.
 
+use bevy::input::keyboard::KeyboardInput;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy_egui::egui::{Event, Key};
@@ -10,7 +11,7 @@ use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
 use super::interaction::driving::Driving;
 use super::shared::{
-    Action, CameraSystems, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, TeachAction,
+    Action, CameraSystems, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share, TeachAction,
     TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
 };
 use naoisis_core::camera_model::CameraName;
@@ -141,6 +142,10 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
     binding(KeyCode::F10, "F10", "Cost of a frame", Action::Toggle(Switch::Statistics)),
     binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
+    with_control(with_shift(binding(KeyCode::KeyC, "Ctrl Shift C", "Copy a picture", Action::Share(Share::Picture)))),
+    with_control(binding(KeyCode::KeyC, "Ctrl C", "Copy the command for this moment", Action::Share(Share::Link))),
+    with_control(binding(KeyCode::KeyP, "Ctrl P", "Save a web page", Action::Share(Share::Page))),
+    with_control(binding(KeyCode::KeyK, "? or Ctrl K", "Find a command", Action::Toggle(Switch::Commands))),
 ];
 
 /// The keys of the numbers of robots, from 1.
@@ -180,7 +185,7 @@ pub struct HelpGroup {
 }
 
 /// The groups of the help, in order.
-const GROUPS: [&str; 7] = ["Time", "By hand", "Robots", "View", "Panels", "Presenting", "Pictures"];
+const GROUPS: [&str; 7] = ["Time", "By hand", "Robots", "View", "Panels", "Presenting", "Sharing"];
 
 /// The group of an action.
 fn group_of(action: Action) -> &'static str {
@@ -191,17 +196,21 @@ fn group_of(action: Action) -> &'static str {
         Action::Select(_) => "Robots",
         Action::View(_) => "View",
         Action::Toggle(_) | Action::ScalePanels(_) | Action::Workspace(_) | Action::NextWorkspace(_) => "Panels",
-        Action::Screenshot | Action::Film(_) => "Pictures",
+        Action::Screenshot | Action::Film(_) | Action::Share(_) => "Sharing",
     }
+}
+
+/// The first key of each action, with the group of the action.
+pub fn first_bindings() -> impl Iterator<Item = (&'static str, &'static Binding)> {
+    let is_first = |(index, binding): &(usize, &Binding)| {
+        BINDINGS[..*index].iter().all(|other| other.description != binding.description)
+    };
+    BINDINGS.iter().enumerate().filter(is_first).map(|(_, binding)| (group_of(binding.action), binding))
 }
 
 /// Returns the keys and descriptions for the help.
 pub fn help() -> Vec<HelpGroup> {
-    let is_first = |(index, binding): &(usize, &Binding)| {
-        BINDINGS[..*index].iter().all(|other| other.description != binding.description)
-    };
-    let of_bindings = BINDINGS.iter().enumerate().filter(is_first);
-    let of_bindings = of_bindings.map(|(_, binding)| (group_of(binding.action), binding.name, binding.description));
+    let of_bindings = first_bindings().map(|(group, binding)| (group, binding.name, binding.description));
     let lines: Vec<_> = of_bindings.chain(OTHERS.iter().copied()).collect();
     let of_group = |name| lines.iter().filter(move |(group, ..)| *group == name).map(|(_, key, what)| (*key, *what));
     GROUPS.into_iter().map(|name| HelpGroup { name, lines: of_group(name).collect() }).collect()
@@ -215,7 +224,18 @@ fn keep_tab_from_panels(mut inputs: Query<&mut EguiInput>) {
     }
 }
 
-fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions: MessageWriter<Action>) {
+fn read_keys(
+    keys: Res<ButtonInput<KeyCode>>,
+    mut pressed: MessageReader<KeyboardInput>,
+    driving: Res<Driving>,
+    mut actions: MessageWriter<Action>,
+) {
+    // The question mark is on other keys of other keyboards.
+    let is_question =
+        |input: &KeyboardInput| input.state.is_pressed() && !input.repeat && input.text.as_deref() == Some("?");
+    if pressed.read().filter(|input| is_question(input)).count() > 0 {
+        actions.write(Action::Toggle(Switch::Commands));
+    }
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
     let control =
         keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::SuperLeft, KeyCode::SuperRight]);
@@ -242,6 +262,7 @@ fn carry_out(
     mut choices: MessageWriter<SelectionCommand>,
     mut films: MessageWriter<ToggleFilm>,
     (mut hand_actions, mut teach_actions): (MessageWriter<HandAction>, MessageWriter<TeachAction>),
+    mut shares: MessageWriter<Share>,
     mut display: ResMut<DisplaySettings>,
     clock: Res<CycleClock>,
     mut commands: Commands,
@@ -281,6 +302,9 @@ fn carry_out(
             }
             Action::Film(film) => {
                 films.write(film);
+            }
+            Action::Share(share) => {
+                shares.write(share);
             }
             Action::Screenshot => {
                 let path = format!("naoisis-{:06}.png", clock.cycle);

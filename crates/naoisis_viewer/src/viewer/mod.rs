@@ -84,6 +84,7 @@ pub mod camera;
 pub mod camera_images;
 #[cfg(test)]
 mod colour_vision;
+mod command_list;
 pub mod cycle_samples;
 pub mod display_settings;
 mod drawing;
@@ -122,6 +123,7 @@ pub mod robot_panel;
 mod scenario_list;
 pub mod selection;
 pub mod shared;
+mod sharing;
 pub mod speed;
 pub mod start_at;
 pub mod start_page;
@@ -190,6 +192,8 @@ impl PluginGroup for ViewerPlugins {
             .add(labels::LabelsPlugin)
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
+            .add(command_list::CommandListPlugin)
+            .add(sharing::SharingPlugin)
             .add(timeline_bar::TimelineBarPlugin)
             .add(match_panel::MatchPanelPlugin)
             .add(start_at::StartAtPlugin)

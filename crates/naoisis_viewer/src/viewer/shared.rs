@@ -51,6 +51,8 @@ pub enum Action {
     ScalePanels(i8),
     /// Saves a picture of the window in the current folder.
     Screenshot,
+    /// Makes something of the match for others.
+    Share(Share),
     /// Starts or ends a recording of the window in the current folder.
     Film(ToggleFilm),
 }
@@ -172,6 +174,17 @@ pub enum TeachAction {
     NextBookmark,
     /// Shows the previous bookmark.
     PreviousBookmark,
+}
+
+/// What is made of the match for others.
+#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Share {
+    /// The command that opens the moment that is shown, in the clipboard.
+    Link,
+    /// A picture of the window, in the clipboard.
+    Picture,
+    /// A web page of the match, in the current folder.
+    Page,
 }
 
 /// Starts or ends a recording of the window.

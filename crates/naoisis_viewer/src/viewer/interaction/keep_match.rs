@@ -1,29 +1,37 @@
-//! Saves a match: its state, to continue it later, and the trace of its past.
+//! Saves a match: its state, to continue it later, the trace of its past, and a web page.
 
 use bevy::prelude::*;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 
 use crate::viewer::branches::Place;
+use crate::viewer::keyframes::Simulator;
 use crate::viewer::new_file::{stem, write_new};
 use crate::viewer::shared::Notice;
+use crate::viewer::teach::bookmark_file::OpenedTrace;
 use crate::viewer::timeline::Timeline;
 use naoisis_core::communication::MessageStatistics;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Rules};
+use naoisis_core::replace_file::replace_file;
+use naoisis_core::team::PerTeam;
 use naoisis_record::record::history::History;
+use naoisis_record::record::page::{PageRecorder, page_of_trace};
+use naoisis_record::record::read::TraceReader;
 use naoisis_record::record::recorder::{EndReason, MatchEnd, Recorder};
+use naoisis_record::record::team_names::team_names;
 use naoisis_record::record::trace::TraceRecorder;
-use naoisis_sim::scenario::Scenario;
 use naoisis_sim::scenario::saved_match::EXTENSION;
+use naoisis_sim::scenario::{Scenario, TeamsSpec};
 use naoisis_sim::simulation::resolved;
 
-/// The folder for saved matches, and the traces that are being written in the background.
+/// The folder for saved matches, and the traces and pages that are being written in the background.
 #[derive(Resource, Debug, Default)]
 pub struct SavedMatches {
     /// The folder.
     pub folder: PathBuf,
-    traces: Vec<(PathBuf, JoinHandle<Result<(), String>>)>,
+    files: Vec<(PathBuf, JoinHandle<Result<(), String>>)>,
 }
 
 /// Saves the match that is shown, and begins to write its trace.
@@ -38,43 +46,111 @@ pub(super) fn keep_match(world: &mut World) {
     world.resource_mut::<Notice>().tell(text);
 }
 
-fn keep(world: &mut World) -> Result<PathBuf, String> {
+/// Saves the state of the match, and begins to write its trace: the same name with another ending.
+///
+/// # Errors
+/// Why the match cannot be saved, such as that a trace is shown.
+pub fn keep(world: &mut World) -> Result<PathBuf, String> {
     if world.resource::<Timeline>().is_replay() {
         return Err("it is a trace already; F branches from it, and a branch can be saved".to_owned());
     }
     let place = Place::of(world)?;
-    let clock = *world.resource::<CycleClock>();
-    let scenario = world.get_resource::<Scenario>().cloned().unwrap_or_default();
-    let is_finished = world.resource::<Game>().state == GameState::Finished;
-    let end = MatchEnd {
-        reason: if is_finished { EndReason::FinalWhistle } else { EndReason::Interrupted },
-        score: world.resource::<Game>().score,
-        result: Some(world.resource::<Game>().result(world.resource::<Rules>())),
-        cycles: clock.cycle,
-        messages: *world.resource::<MessageStatistics>(),
-    };
+    let end = end_now(world);
     place.show(world);
-    let name = if scenario.name.is_empty() { "match".to_owned() } else { stem(&scenario.name) };
+    let scenario = world.get_resource::<Scenario>().cloned().unwrap_or_default();
     let folder = world.resource::<SavedMatches>().folder.clone();
-    let path = write_new(&folder, &format!("{name}-{:06}", clock.cycle), EXTENSION, place.present_bytes())
+    let path = write_new(&folder, &name(&scenario, end.cycles), EXTENSION, place.present_bytes())
         .map_err(|error| error.to_string())?;
-    let trace = path.with_extension("jsonl.zst");
+    let trace = trace_of(&path);
     if trace.exists() {
         return Err(format!("{} exists; the state of the match is in {}", trace.display(), path.display()));
     }
     let (of_thread, scenario) = (trace.clone(), resolved(world, &scenario));
     let mut history = world.resource::<History>().clone();
-    let write = move || write_trace(&of_thread, &scenario, &mut history, &end);
-    let thread = thread::Builder::new().name("trace".to_owned()).spawn(write).map_err(|error| error.to_string())?;
-    world.resource_mut::<SavedMatches>().traces.push((trace, thread));
+    write_behind(world, trace, move || {
+        let recorder = TraceRecorder::create(&of_thread).map_err(|error| error.to_string())?;
+        write(Box::new(recorder.every(history.every())), &scenario, &mut history, &end)
+    })?;
     Ok(path)
 }
 
-/// Writes the records of a match as a trace.
-fn write_trace(path: &Path, scenario: &Scenario, history: &mut History, end: &MatchEnd) -> Result<(), String> {
+/// Returns the trace that is written beside the saved match in the file `path`.
+pub fn trace_of(path: &Path) -> PathBuf {
+    path.with_extension("jsonl.zst")
+}
+
+/// Begins to write the match that is shown as a web page.
+///
+/// # Errors
+/// Why it cannot be written.
+pub fn save_page(world: &mut World) -> Result<PathBuf, String> {
+    let scenario = world.get_resource::<Scenario>().cloned().unwrap_or_default();
+    let shown = world.resource::<OpenedTrace>().0.clone().filter(|_| world.resource::<Timeline>().is_replay());
+    let (place, mut history) = (Place::of(world)?, world.resource::<History>().clone());
+    let end = end_now(world);
+    place.show(world);
+    let folder = world.resource::<SavedMatches>().folder.clone();
+    let cycles = history.last_cycle().unwrap_or(end.cycles);
+    let path = write_new(&folder, &name(&scenario, cycles), "html", b"").map_err(|error| error.to_string())?;
+    let of_thread = path.clone();
+    match (shown, world.get_resource::<Simulator>().copied()) {
+        (Some(trace), Some(Simulator(simulator))) => write_behind(world, path.clone(), move || {
+            let mut reader = TraceReader::open(&trace).map_err(|error| error.to_string())?;
+            let page = page_of_trace(&mut reader, simulator().world().resource());
+            replace_file(&of_thread, |mut file| file.write_all(page.map_err(io::Error::other)?.as_bytes()))
+                .map_err(|error| error.to_string())
+        })?,
+        _ => {
+            let PerTeam { blue, pink } = team_names(&scenario, world.resource());
+            let teams = Some(TeamsSpec::new(blue, pink));
+            let scenario = Scenario { teams, ..resolved(world, &scenario) };
+            write_behind(world, path.clone(), move || {
+                let recorder = PageRecorder::create(&of_thread).map_err(|error| error.to_string())?;
+                write(Box::new(recorder), &scenario, &mut history, &end)
+            })?;
+        }
+    }
+    Ok(path)
+}
+
+/// The name of the files of a match of so many cycles.
+fn name(scenario: &Scenario, cycles: u64) -> String {
+    let name = if scenario.name.is_empty() { "match".to_owned() } else { stem(&scenario.name) };
+    format!("{name}-{cycles:06}")
+}
+
+/// The end of the match in `world`, if it ends now.
+fn end_now(world: &World) -> MatchEnd {
+    let game = world.resource::<Game>();
+    MatchEnd {
+        reason: if game.state == GameState::Finished { EndReason::FinalWhistle } else { EndReason::Interrupted },
+        score: game.score,
+        result: Some(game.result(world.resource::<Rules>())),
+        cycles: world.resource::<CycleClock>().cycle,
+        messages: *world.resource::<MessageStatistics>(),
+    }
+}
+
+/// Writes a file in the background.
+fn write_behind(
+    world: &mut World,
+    path: PathBuf,
+    write: impl FnOnce() -> Result<(), String> + Send + 'static,
+) -> Result<(), String> {
+    let thread =
+        thread::Builder::new().name("saved match".to_owned()).spawn(write).map_err(|error| error.to_string())?;
+    world.resource_mut::<SavedMatches>().files.push((path, thread));
+    Ok(())
+}
+
+/// Gives the records of a match to a recorder.
+fn write(
+    mut recorder: Box<dyn Recorder>,
+    scenario: &Scenario,
+    history: &mut History,
+    end: &MatchEnd,
+) -> Result<(), String> {
     let Some(cycles) = history.cycles() else { return Ok(()) };
-    let recorder = TraceRecorder::create(path).map_err(|error| error.to_string())?;
-    let mut recorder = recorder.every(history.every());
     let mut world = World::new();
     let mut last = None;
     let mut cycle = *cycles.start();
@@ -87,26 +163,30 @@ fn write_trace(path: &Path, scenario: &Scenario, history: &mut History, end: &Ma
         last = Some(record);
     }
     let Some(last) = last else { return Ok(()) };
-    Box::new(recorder).finish(end, &last).map(drop).map_err(|error| error.to_string())
+    recorder.finish(end, &last).map(drop).map_err(|error| error.to_string())
 }
 
-/// Says when traces have been written. When the window closes, they are completed first.
-pub(super) fn tell_of_traces(
+/// Says when files have been written. When the window closes, they are completed first.
+pub(super) fn tell_of_files(
     mut exits: MessageReader<AppExit>,
     mut saved: ResMut<SavedMatches>,
     mut notice: ResMut<Notice>,
 ) {
     let is_end = exits.read().count() > 0;
     let written = |(_, thread): &mut (PathBuf, JoinHandle<_>)| is_end || thread.is_finished();
-    if !saved.traces.iter().any(|(_, thread)| is_end || thread.is_finished()) {
+    if !saved.files.iter().any(|(_, thread)| is_end || thread.is_finished()) {
         return;
     }
-    for (path, thread) in saved.traces.extract_if(.., written) {
+    for (path, thread) in saved.files.extract_if(.., written) {
+        let is_page = path.extension().is_some_and(|ending| ending == "html");
         let path = path.display();
         let text = match thread.join() {
+            Ok(Ok(())) if is_page => format!("Saved {path}: a browser plays it"),
+            // A copied command has its name, and stays to be read.
+            Ok(Ok(())) if notice.left_s > 0.0 && notice.text.contains(&path.to_string()) => continue,
             Ok(Ok(())) => format!("Saved {path}: `naoisis replay {path}` shows it"),
-            Ok(Err(message)) => format!("The trace was not saved: {message}"),
-            Err(_) => format!("The trace was not saved: {path}"),
+            Ok(Err(message)) => format!("{path} was not saved: {message}"),
+            Err(_) => format!("{path} was not saved"),
         };
         notice.tell(text);
     }

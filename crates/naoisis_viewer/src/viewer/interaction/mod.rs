@@ -49,7 +49,7 @@ impl Plugin for InteractionPlugin {
             .init_resource::<Notice>()
             .init_resource::<keep_match::SavedMatches>()
             .add_message::<HandAction>()
-            .add_systems(Last, keep_match::tell_of_traces)
+            .add_systems(Last, keep_match::tell_of_files)
             .configure_sets(Update, CameraMouse.run_if(|drag: Res<MouseDrag>| !drag.is_dragging()))
             .add_plugins((driving::DrivingPlugin, panel::InteractionPanelPlugin))
             .add_systems(

@@ -168,7 +168,7 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     use naoisis_record::record::read_trace::ReadTrace;
     let folder = tempfile::tempdir().unwrap();
     let mut app = app();
-    app.add_plugins(MatchPanelPlugin).add_systems(Last, keep_match::tell_of_traces);
+    app.add_plugins(MatchPanelPlugin).add_systems(Last, keep_match::tell_of_files);
     app.world_mut().resource_mut::<keep_match::SavedMatches>().folder = folder.path().to_owned();
     undo::act(app.world_mut(), Intervention::PlaceRobot { robot: BLUE2, pose: Pose::new(1.0, 1.0, 0.0) });
     (0..30).for_each(|_| app.update());

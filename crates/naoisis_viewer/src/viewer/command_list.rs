@@ -1,0 +1,170 @@
+//! The list of commands, in which one is found by typing a part of its name.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Key, Margin, TextEdit, WidgetInfo, WidgetType};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::display_settings::{DisplaySettings, Switch, Workspace};
+use super::keys::first_bindings;
+use super::layout::LayoutSystems;
+use super::shared::{Action, SelectionCommand, ViewerCommand};
+use super::speed::Speed;
+use super::theme::{bright, card, dim, panel};
+use naoisis_core::robot::Roster;
+use naoisis_sim::scenario::LIBRARY;
+
+/// The width of the list, its distance from the upper edge, and its greatest height, logical pixels.
+const WIDTH: f32 = 480.0;
+const BELOW_SCORE: f32 = 70.0;
+const HEIGHT: f32 = 380.0;
+
+/// Shows the list of commands.
+pub struct CommandListPlugin;
+
+impl Plugin for CommandListPlugin {
+    fn build(&self, app: &mut App) {
+        let is_shown = |display: Res<DisplaySettings>| display.commands;
+        app.add_systems(EguiPrimaryContextPass, show.run_if(is_shown).in_set(LayoutSystems::Floating));
+    }
+}
+
+/// A command of the list.
+#[derive(Clone, PartialEq, Debug)]
+struct Entry {
+    group: &'static str,
+    name: String,
+    key: &'static str,
+    action: Action,
+}
+
+/// All commands: those of keys, and choices that have no key.
+fn entries(roster: &Roster) -> Vec<Entry> {
+    let of_keys = first_bindings()
+        .filter(|(_, binding)| binding.action != Action::Toggle(Switch::Commands))
+        .map(|(group, binding)| (group, binding.description.to_owned(), binding.name, binding.action));
+    let uses = Workspace::ALL.map(|usage| ("Panels", usage.name().to_owned(), "", Action::Workspace(usage)));
+    let speeds =
+        Speed::ALL.map(|speed| ("Time", format!("Speed {speed}"), "", Action::Command(ViewerCommand::SetSpeed(speed))));
+    let robots = roster
+        .iter()
+        .map(|(robot, _)| ("Robots", format!("Select {robot}"), "", Action::Select(SelectionCommand::Robot(robot))));
+    let scenarios = LIBRARY.iter().map(|entry| {
+        ("Scenarios", format!("Play {}", entry.name), "", Action::Command(ViewerCommand::Load(entry.name)))
+    });
+    let all = of_keys.chain(uses).chain(speeds).chain(robots).chain(scenarios);
+    all.map(|(group, name, key, action)| Entry { group, name, key, action }).collect()
+}
+
+/// The commands in whose group, name or key all words of `typed` occur. The one whose key it is comes first, then those whose name begins with it.
+fn found<'a>(entries: &'a [Entry], typed: &str) -> Vec<&'a Entry> {
+    let typed = typed.trim().to_lowercase();
+    let is_meant = |entry: &&Entry| {
+        let text = format!("{} {} {}", entry.group, entry.name, entry.key).to_lowercase();
+        typed.split_whitespace().all(|word| text.contains(word))
+    };
+    let mut found: Vec<&Entry> = entries.iter().filter(is_meant).collect();
+    found.sort_by_key(|entry| {
+        let name = entry.name.to_lowercase();
+        (entry.key.to_lowercase() != typed, !name.starts_with(&typed), !name.contains(&typed))
+    });
+    found
+}
+
+/// What was typed, and the index of the marked command.
+#[derive(Default)]
+struct Typed {
+    text: String,
+    marked: usize,
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    mut typed: Local<Typed>,
+    mut display: ResMut<DisplaySettings>,
+    roster: Res<Roster>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let context = contexts.ctx_mut()?;
+    let entries = entries(&roster);
+    let mut chosen = None;
+    let keys = [Key::Escape, Key::Enter, Key::ArrowUp, Key::ArrowDown];
+    let [closes, enters, up, down] = keys.map(|key| context.input(|input| input.key_pressed(key)));
+    panel("commands", Align2::CENTER_TOP, [0.0, BELOW_SCORE]).order(egui::Order::Foreground).show(context, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(12)).show(ui, |ui| {
+            ui.set_width(WIDTH.min(ui.ctx().content_rect().width() - 60.0));
+            let text = TextEdit::singleline(&mut typed.text).hint_text("Find a command").desired_width(f32::INFINITY);
+            let text = ui.add(text);
+            text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Find a command"));
+            if text.changed() {
+                typed.marked = 0;
+            }
+            text.request_focus();
+            let found = found(&entries, &typed.text);
+            if up || down {
+                let last = found.len().saturating_sub(1);
+                typed.marked = if up { typed.marked.saturating_sub(1) } else { (typed.marked + 1).min(last) };
+            }
+            if found.is_empty() {
+                ui.label(dim("No command has a name with these words."));
+            }
+            egui::ScrollArea::vertical().max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+                for (index, entry) in found.iter().enumerate() {
+                    let is_marked = index == typed.marked;
+                    let row = show_entry(ui, entry, is_marked);
+                    if is_marked && (up || down) {
+                        row.scroll_to_me(None);
+                    }
+                    if row.clicked() || (is_marked && enters) {
+                        chosen = Some(entry.action);
+                    }
+                }
+            });
+        });
+    });
+    if closes || chosen.is_some() {
+        *typed = Typed::default();
+        display.commands = false;
+        // The text field is gone, so that keys are commands again.
+        context.memory_mut(|memory| memory.focused().inspect(|id| memory.surrender_focus(*id)));
+    }
+    actions.write_batch(chosen);
+    Ok(())
+}
+
+/// Shows a command with its key at the right.
+fn show_entry(ui: &mut egui::Ui, entry: &Entry, is_marked: bool) -> egui::Response {
+    let words = bright(format!("{}: {}", entry.group, entry.name));
+    let button = egui::Button::selectable(is_marked, words)
+        .shortcut_text(dim(entry.key))
+        .min_size([ui.available_width(), 0.0].into());
+    ui.add(button)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer::keys::BINDINGS;
+
+    #[test]
+    fn a_command_is_found_by_parts_of_its_words_in_any_order() {
+        let entries = entries(&Roster::default());
+        let names = |typed: &str| found(&entries, typed).iter().map(|entry| entry.name.clone()).collect::<Vec<_>>();
+        assert_eq!(names("BEFORE match"), ["The match before this one"]);
+        assert_eq!(names("ctrl s")[0], "Save the match and its trace");
+        assert_eq!(names("play match3v3")[0], "Play match3v3");
+        assert_eq!(names("speed 4"), ["Speed 4×"]);
+        assert!(names("no such thing").is_empty());
+        assert_eq!(names("").len(), entries.len());
+    }
+
+    #[test]
+    fn every_key_has_its_command_and_every_scenario_one() {
+        let entries = entries(&Roster::default());
+        for binding in BINDINGS.iter().filter(|binding| binding.action != Action::Toggle(Switch::Commands)) {
+            assert!(entries.iter().any(|entry| entry.action == binding.action), "{}", binding.name);
+        }
+        for scenario in LIBRARY {
+            assert!(entries.iter().any(|entry| entry.name == format!("Play {}", scenario.name)));
+        }
+    }
+}
