@@ -62,19 +62,18 @@ public:
         if (perception["body"].text() == "fallen") return Json::object({{"posture", "get_up"}});
         if (state == "ready") {
             const Place place = in_robot_frame(place_, pose);
-            if (place.x * place.x + place.y * place.y < 0.04) {
-                // It faces the middle, where the ball is: the referee removes robots that stand and look elsewhere.
-                const double turn = 0.3 * turn_towards(in_robot_frame({0.0, 0.0}, pose));
-                return Json::object({{"walk", {0.0, 0.0, rounded(turn)}}});
+            if (place.x * place.x + place.y * place.y > 0.04) {
+                const double step_m = place.x > std::abs(place.y) ? step_m_ : 0.0;
+                return Json::object({{"walk", {step_m, 0.0, rounded(turn_towards(place))}}});
             }
-            const double step_m = place.x > std::abs(place.y) ? step_m_ : 0.0;
-            return Json::object({{"walk", {step_m, 0.0, rounded(turn_towards(place))}}});
         }
         if (belief["ball"].is_null() || belief["ball"]["age_s"].number() > LOST_S) {
             // It turns on the spot and looks near, then far.
             return Json::object({{"walk", {0.0, 0.0, TURN_DEG}}, {"head_deg", {0.0, pose[2].number() > 0.0 ? 30.0 : 0.0}}});
         }
         const Place ball = in_robot_frame(place_of(belief["ball"]["position_m"]), pose);
+        // It faces the ball: the referee removes robots that stand and look elsewhere.
+        if (state == "ready") return Json::object({{"walk", {0.0, 0.0, rounded(0.3 * turn_towards(ball))}}});
         const Place goal = in_robot_frame(goal_, pose);
         // A ball at the feet is seen only with the head down.
         Json command = Json::object({{"head_deg", {0.0, ball.x < 0.5 ? 40.0 : 0.0}}});

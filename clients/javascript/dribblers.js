@@ -69,15 +69,15 @@ function decide(perception, belief, welcome) {
   if (perception.body === "fallen") return { posture: "get_up" };
   if (state === "ready") {
     const [x, y] = inRobotFrame(own.place, pose);
-    // It faces the middle, where the ball is: the referee removes robots that stand and look elsewhere.
-    if (x * x + y * y < 0.04) return { walk: [0, 0, rounded(0.3 * turnTowards(inRobotFrame([0, 0], pose)))] };
-    return { walk: [x > Math.abs(y) ? stepM : 0, 0, rounded(turnTowards([x, y]))] };
+    if (x * x + y * y > 0.04) return { walk: [x > Math.abs(y) ? stepM : 0, 0, rounded(turnTowards([x, y]))] };
   }
   if (!belief.ball || belief.ball.age_s > LOST_S) {
     // It turns on the spot and looks near, then far.
     return { walk: [0, 0, TURN_DEG], head_deg: [0, pose[2] > 0 ? 30 : 0] };
   }
   const ball = inRobotFrame(belief.ball.position_m, pose);
+  // It faces the ball: the referee removes robots that stand and look elsewhere.
+  if (state === "ready") return { walk: [0, 0, rounded(0.3 * turnTowards(ball))] };
   const goal = inRobotFrame(own.goal, pose);
   const said = {
     // A ball at the feet is seen only with the head down.

@@ -78,14 +78,15 @@ class Dribbler:
             return {"posture": "get_up"}
         if state == "ready":
             x, y = in_robot_frame(self.place, pose)
-            if x * x + y * y < 0.04:
-                # It faces the middle, where the ball is: the referee removes robots that stand and look elsewhere.
-                return {"walk": [0.0, 0.0, rounded(0.3 * turn_towards(in_robot_frame((0.0, 0.0), pose)))]}
-            return {"walk": [self.step_m if x > abs(y) else 0.0, 0.0, rounded(turn_towards((x, y)))]}
+            if x * x + y * y > 0.04:
+                return {"walk": [self.step_m if x > abs(y) else 0.0, 0.0, rounded(turn_towards((x, y)))]}
         if belief["ball"] is None or belief["ball"]["age_s"] > LOST_S:
             # It turns on the spot and looks near, then far.
             return {"walk": [0.0, 0.0, TURN_DEG], "head_deg": [0.0, 30.0 if pose[2] > 0.0 else 0.0]}
         ball = in_robot_frame(belief["ball"]["position_m"], pose)
+        if state == "ready":
+            # It faces the ball: the referee removes robots that stand and look elsewhere.
+            return {"walk": [0.0, 0.0, rounded(0.3 * turn_towards(ball))]}
         goal = in_robot_frame(self.goal, pose)
         said = {
             # A ball at the feet is seen only with the head down.
