@@ -50,7 +50,7 @@ fn demonstrations_are_a_data_set_the_same_on_any_number_of_threads() {
     assert_eq!((&metadata["total_episodes"], space["low"].as_array().unwrap().len()), (&Value::from(2), names.len()));
     // Robots of a team are episodes of their own, and a data set is not written over.
     assert!(
-        text(&written("TwoOnTwo", ["--team", "roles"], "one", "2").stdout).contains("4 episodes of one robot each")
+        text(&written("TwoOnTwo", ["--team", "roles"], "one", "2").stdout).contains("episodes of one robot each: 4,")
     );
     let again = written("TwoOnTwo", ["--team", "roles"], "one", "2");
     assert!(again.status.code() == Some(2) && text(&again.stderr).contains("the data set exists already"));

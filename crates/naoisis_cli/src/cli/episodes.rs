@@ -165,7 +165,7 @@ fn write_data_set(
         (Ok(()), Ok(())) => {}
     }
     Ok(format!(
-        "{id}: {episodes} episodes of one robot each, {successes} with success, {steps} steps of {} cycles\n\
+        "{id}: episodes of one robot each: {episodes}, with success: {successes}, steps of {} cycles: {steps}\n\
          MINARI_DATASETS_PATH={} python -c 'import minari; print(minari.load_dataset(\"{id}\"))'\n",
         demonstrations.cycles_per_step(),
         arguments.out.display()

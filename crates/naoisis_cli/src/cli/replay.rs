@@ -88,7 +88,7 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     use naoisis_viewer::viewer::match_panel::trace_reading::TraceReading;
     use naoisis_viewer::viewer::memory::ViewerMemory;
     use naoisis_viewer::viewer::shared::Notice;
-    use naoisis_viewer::viewer::teach::bookmark_file::OpenedTrace;
+    use naoisis_viewer::viewer::shared::OpenedTrace;
     use naoisis_viewer::viewer::timeline;
 
     let path = &arguments.trace;

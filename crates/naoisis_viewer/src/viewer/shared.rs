@@ -1,6 +1,7 @@
 //! Messages between the parts of the viewer, the order of their senders and receivers, and state that all parts use.
 
 use bevy::prelude::*;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use super::display_settings::{Switch, Workspace};
@@ -287,6 +288,10 @@ impl Default for DisplayFraction {
         Self(1.0)
     }
 }
+
+/// The file of the trace that is shown, if any.
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
+pub struct OpenedTrace(pub Option<PathBuf>);
 
 /// The selected robot, if any.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]

@@ -6,8 +6,7 @@ use bevy_egui::egui::ColorImage;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::interaction::keep_match::{keep, save_page, trace_of};
-use super::shared::{KeysSystems, Notice, Selection, Share};
-use super::teach::bookmark_file::OpenedTrace;
+use super::shared::{KeysSystems, Notice, OpenedTrace, Selection, Share};
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::RobotId;

@@ -13,7 +13,7 @@ use crate::viewer::camera::viewpoint::Viewpoint;
 use crate::viewer::camera::{CameraMode, ViewerCamera};
 use crate::viewer::drive::PlayedFile;
 use crate::viewer::keyframes::Keyframes;
-use crate::viewer::shared::Notice;
+use crate::viewer::shared::{Notice, OpenedTrace};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::geometry::{to_degrees, to_radians};
 use naoisis_core::read_file::read_file;
@@ -23,10 +23,6 @@ use naoisis_sim::scenario::Scenario;
 
 /// The greatest size of a valid file, bytes.
 const LARGEST_FILE_BYTES: u64 = 4 << 20;
-
-/// The file of the trace that is shown, if any.
-#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
-pub struct OpenedTrace(pub Option<PathBuf>);
 
 /// The file of the match's bookmarks.
 #[derive(Resource, Clone, Debug, Default)]

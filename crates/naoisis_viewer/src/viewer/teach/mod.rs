@@ -9,7 +9,7 @@ pub mod pen;
 mod robots_world;
 
 use super::overlays::OverlaySystems;
-use super::shared::{CameraSystems, KeysSystems, RobotsWorld, TeachAction};
+use super::shared::{CameraSystems, KeysSystems, OpenedTrace, RobotsWorld, TeachAction};
 use bookmarks::Bookmarks;
 use pen::Pen;
 
@@ -22,7 +22,7 @@ impl Plugin for TeachPlugin {
             .init_resource::<Bookmarks>()
             .init_resource::<RobotsWorld>()
             .add_message::<TeachAction>()
-            .init_resource::<bookmark_file::OpenedTrace>()
+            .init_resource::<OpenedTrace>()
             .init_resource::<bookmark_file::BookmarkFile>()
             .add_plugins(bookmarks::BookmarksPlugin)
             .add_systems(Update, bookmark_file::keep)
