@@ -1,8 +1,8 @@
 //! What episodes start from: a scenario or a challenge, who is controlled in it, against whom, and what a reset changes of it.
 
-use naoisis::environment::challenge::{CHALLENGES, Situation};
+use naoisis::environment::challenge::{CHALLENGES, ChallengeError, Situation};
 use naoisis::environment::{Challenge, Start};
-use naoisis::scenario::{Scenario, ScenarioFile, Setting};
+use naoisis::scenario::{Realism, Scenario, ScenarioFile, Setting};
 use naoisis::simulation::Snapshot;
 use naoisis::team::RobotId;
 use pyo3::exceptions::PyValueError;
@@ -39,7 +39,13 @@ pub fn scenario_of(py: Python<'_>, made: &Made<'_>) -> PyResult<(ScenarioFile, O
     let name = made.scenario.cast::<PyString>().ok().and_then(|name| name.to_str().ok());
     match name.filter(|name| CHALLENGES.iter().any(|(known, _)| known == name)) {
         Some(name) => {
-            let challenge = Challenge::named(name).map_err(|error| PyValueError::new_err(error.to_string()))?;
+            let wrong = |error: ChallengeError| PyValueError::new_err(error.to_string());
+            let mut challenge = Challenge::named(name).map_err(wrong)?;
+            // An unknown word is refused with the other settings.
+            let levels = [Realism::Paper, Realism::Ideal, Realism::Realistic];
+            if let Some(level) = levels.into_iter().find(|level| made.realism.as_deref() == Some(level.name())) {
+                challenge = challenge.with(level, None).map_err(wrong)?;
+            }
             let file = challenge.scenario().map_err(|error| scenario_error(py, &error))?;
             Ok((made.changed(py, &file)?, Some(challenge)))
         }

@@ -70,6 +70,14 @@ def test_perceptions_are_those_of_the_match():
     assert not {"own.x", "ball.vx"} & set(names)
 
 
+def test_tasks_have_the_robot_of_the_challenge_in_each_realism():
+    def entries(**options):
+        return naoisis.vector_env("ScoreEmptyGoal", 1, **options).observation_entries
+
+    assert entries(realism="realistic") == entries(realism="realistic", set={"model": "nao_v6"}) != entries()
+    assert entries(realism="ideal") == entries() == entries(realism="realistic", set={"model": "nao"})
+
+
 def test_a_task_ends_with_success_or_failure():
     env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="truth", action="discrete", realism="ideal").unwrapped
     names, acts = env.observation_names, env.action_names[0]

@@ -42,7 +42,7 @@ class MatchEnv(gymnasium.Env):
             [default: the task's, else the score].
         cycles_per_step: Cycles for which an action is held [default: the task's, else 3].
         set: Fields of the scenario to change.
-        realism: The level of realism.
+        realism: The level of realism. In ``"realistic"``, tasks of the paper's NAO have the NAO V6, as in ``naoisis challenge``.
         camera: The name of the camera of images in the robot's model: for a NAO ``"top"`` or ``"bottom"``, for a Booster K1
             ``"head"`` [default: the robot's first].
         image_size: Height and width of images, pixels.
