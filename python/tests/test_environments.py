@@ -71,11 +71,11 @@ def test_perceptions_are_those_of_the_match():
 
 
 def test_tasks_have_the_robot_of_the_challenge_in_each_realism():
-    def entries(**options):
-        return naoisis.vector_env("ScoreEmptyGoal", 1, **options).observation_entries
+    def space(**options):
+        return naoisis.vector_env("ScoreEmptyGoal", 1, **options).single_observation_space
 
-    assert entries(realism="realistic") == entries(realism="realistic", set={"model": "nao_v6"}) != entries()
-    assert entries(realism="ideal") == entries() == entries(realism="realistic", set={"model": "nao"})
+    assert space(realism="realistic") == space(realism="realistic", set={"model": "nao_v6"}) != space()
+    assert space(realism="ideal") == space() == space(realism="realistic", set={"model": "nao"})
 
 
 def test_a_task_ends_with_success_or_failure():

@@ -84,7 +84,8 @@ pub fn trace_of(path: &Path) -> PathBuf {
 /// Why it cannot be written.
 pub fn save_page(world: &mut World) -> Result<PathBuf, String> {
     let scenario = world.get_resource::<Scenario>().cloned().unwrap_or_default();
-    let shown = world.resource::<OpenedTrace>().0.clone().filter(|_| world.resource::<Timeline>().is_replay());
+    let shown = world.get_resource::<OpenedTrace>().and_then(|trace| trace.0.clone());
+    let shown = shown.filter(|_| world.resource::<Timeline>().is_replay());
     let (place, mut history) = (Place::of(world)?, world.resource::<History>().clone());
     let end = end_now(world);
     place.show(world);

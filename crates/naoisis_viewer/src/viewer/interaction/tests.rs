@@ -195,3 +195,42 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     (0..5).for_each(|_| app.update());
     assert!(app.cycle() > last);
 }
+
+#[test]
+fn a_page_is_saved_of_a_live_match_and_of_a_trace() {
+    use crate::viewer::keyframes::Simulator;
+    use crate::viewer::match_panel::{MatchCommand, MatchPanelPlugin};
+    use naoisis_record::record::page::page_of_trace;
+    use naoisis_record::record::read::TraceReader;
+    use std::fs;
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = app();
+    app.add_plugins(MatchPanelPlugin).add_systems(Last, keep_match::tell_of_files);
+    app.world_mut().resource_mut::<keep_match::SavedMatches>().folder = folder.path().to_owned();
+    app.insert_resource(Simulator(&|| {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }));
+    (0..60).for_each(|_| app.update());
+    // Closing the window waits for the files.
+    let close = |app: &mut App| {
+        app.world_mut().write_message(AppExit::Success);
+        app.update();
+    };
+    let live = keep_match::save_page(app.world_mut()).unwrap();
+    let trace = keep_match::trace_of(&keep_match::keep(app.world_mut()).unwrap());
+    close(&mut app);
+    let text = fs::read_to_string(&live).unwrap();
+    assert!(text.starts_with("<!doctype html>") && live.extension().is_some_and(|ending| ending == "html"));
+    app.world_mut().write_message(MatchCommand::Open(trace.clone()));
+    while !app.world().resource::<Timeline>().is_replay() {
+        app.update();
+        std::thread::yield_now();
+    }
+    let replayed = keep_match::save_page(app.world_mut()).unwrap();
+    assert_ne!(replayed, live, "files are never replaced");
+    close(&mut app);
+    let expected = page_of_trace(&mut TraceReader::open(&trace).unwrap(), app.world().resource()).unwrap();
+    assert!(fs::read_to_string(replayed).unwrap() == expected, "the page of `convert`");
+}
