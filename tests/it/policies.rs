@@ -13,6 +13,7 @@ use crate::support::{blue, headless_app, naoisis, text};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/policies");
 const SCORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/policies/score_empty_goal.onnx");
+const STRIKER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/policies/striker.onnx");
 
 #[test]
 fn networks_answer_as_in_onnx_runtime() {
@@ -60,6 +61,21 @@ fn a_learned_policy_scores_in_the_challenge_for_which_it_was_made() {
     assert!(successes >= 29, "{successes} of 40");
     let verified = naoisis(folder.path(), &["challenge", "--verify", "results.json"]);
     assert!(verified.status.success(), "{}", text(&verified.stdout));
+}
+
+#[test]
+fn the_striker_that_learned_beats_the_one_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let successes = |player: [&str; 2]| {
+        let task = ["challenge", "ScoreAgainstKeeper", "--realism", "realistic", "--episodes", "100"];
+        let output = naoisis(folder.path(), &[&task[..], &player, &["--out", "results.json", "--force"]].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let results: Value = serde_json::from_slice(&fs::read(folder.path().join("results.json")).unwrap()).unwrap();
+        results["results"][0]["rate"]["successes"].as_u64().unwrap()
+    };
+    let [learned, by_hand] = [["--policy", STRIKER], ["--behaviour", "striker"]].map(successes);
+    // Their success rates are 59 and 41 %: fewer than 45 and more than 55 of 100 have probabilities of 0.2 %.
+    assert!(learned >= 45 && by_hand <= 55 && learned > by_hand, "{learned} and {by_hand} of 100");
 }
 
 #[test]
