@@ -36,7 +36,7 @@ fn demonstrations_are_a_data_set_the_same_on_any_number_of_threads() {
         let output = written("ScoreEmptyGoal", ["--behaviour", "striker"], out, threads);
         assert!(output.status.success(), "{}", text(&output.stderr));
         assert!(
-            text(&output.stdout).contains("ScoreEmptyGoal/striker-paper-v0: 2 episodes"),
+            text(&output.stdout).contains("ScoreEmptyGoal/striker-paper-v0: episodes of one robot each: 2,"),
             "{}",
             text(&output.stdout)
         );
