@@ -198,7 +198,7 @@ struct TracedCycle {
 }
 
 impl TracedCycle {
-    /// What `record` has of these robots.
+    /// What `record` has of the robots `commanded`, and the robots that lost their programs.
     fn of(record: &CycleRecord, commanded: &[RobotId]) -> Self {
         let command = |robot: &RobotRecord| (robot.id, robot.command.clone().unwrap_or_default());
         let robots = record.robots.iter().filter(|robot| commanded.contains(&robot.id));

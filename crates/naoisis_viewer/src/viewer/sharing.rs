@@ -63,7 +63,7 @@ fn copy_link(world: &mut World) -> Result<String, String> {
 fn link(trace: &str, time_s: f64, robot: Option<RobotId>) -> String {
     let trace = shlex::try_quote(trace).unwrap_or(trace.into());
     let robot = robot.map(|robot| format!(" --select {robot}")).unwrap_or_default();
-    format!("naoisis replay {trace} --at {time_s:.2}{robot}")
+    format!("naoisis replay {trace} --at {time_s:.3}{robot}")
 }
 
 fn copy_picture(captured: On<ScreenshotCaptured>, mut copied: ResMut<Copied>, mut notice: ResMut<Notice>) {
@@ -92,7 +92,8 @@ mod tests {
     #[test]
     fn a_link_is_a_command_for_any_shell_like_bash() {
         let robot = Some(RobotId::new(Team::Blue, 1));
-        assert_eq!(link("/a/m.jsonl", 12.0, robot), "naoisis replay /a/m.jsonl --at 12.00 --select blue1");
-        assert_eq!(link("/a b/it's", 0.034, None), "naoisis replay \"/a b/it's\" --at 0.03");
+        assert_eq!(link("/a/m.jsonl", 12.0, robot), "naoisis replay /a/m.jsonl --at 12.000 --select blue1");
+        // Cycles may be shorter than a hundredth of a second.
+        assert_eq!(link("/a b/it's", 0.034, None), "naoisis replay \"/a b/it's\" --at 0.034");
     }
 }
