@@ -5,7 +5,7 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy_egui::egui::ColorImage;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::interaction::keep_match::{keep, save_page, trace_of};
+use super::interaction::saved_files::{keep, save_page, trace_of};
 use super::shared::{KeysSystems, Notice, OpenedTrace, Selection, Share};
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;

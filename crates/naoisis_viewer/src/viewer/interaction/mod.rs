@@ -11,9 +11,9 @@ use bevy_egui::EguiPostUpdateSet;
 pub mod aim;
 pub mod driving;
 pub mod keep;
-pub mod keep_match;
 mod panel;
 mod referee_menu;
+pub mod saved_files;
 pub mod undo;
 
 use super::camera::{CameraMouse, ViewerCamera};
@@ -47,9 +47,9 @@ impl Plugin for InteractionPlugin {
         app.init_resource::<MouseDrag>()
             .init_resource::<undo::Undo>()
             .init_resource::<Notice>()
-            .init_resource::<keep_match::SavedMatches>()
+            .init_resource::<saved_files::SavedFiles>()
             .add_message::<HandAction>()
-            .add_systems(Last, keep_match::tell_of_files)
+            .add_systems(Last, saved_files::tell_of_files)
             .configure_sets(Update, CameraMouse.run_if(|drag: Res<MouseDrag>| !drag.is_dragging()))
             .add_plugins((driving::DrivingPlugin, panel::InteractionPanelPlugin))
             .add_systems(
@@ -200,7 +200,7 @@ fn apply(world: &mut World) {
             continue;
         }
         if action == HandAction::KeepMatch {
-            keep_match::keep_match(world);
+            saved_files::saved_files(world);
             continue;
         }
         if matches!(action, HandAction::Undo | HandAction::Redo) {

@@ -20,7 +20,7 @@ fn app() -> App {
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(33_334)))
         .init_resource::<Notice>()
         .init_resource::<undo::Undo>()
-        .init_resource::<keep_match::SavedMatches>()
+        .init_resource::<saved_files::SavedFiles>()
         .insert_resource(Selection(Some(BLUE2)))
         .add_message::<HandAction>()
         .add_message::<SelectionCommand>()
@@ -168,8 +168,8 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     use naoisis_record::record::read_trace::ReadTrace;
     let folder = tempfile::tempdir().unwrap();
     let mut app = app();
-    app.add_plugins(MatchPanelPlugin).add_systems(Last, keep_match::tell_of_files);
-    app.world_mut().resource_mut::<keep_match::SavedMatches>().folder = folder.path().to_owned();
+    app.add_plugins(MatchPanelPlugin).add_systems(Last, saved_files::tell_of_files);
+    app.world_mut().resource_mut::<saved_files::SavedFiles>().folder = folder.path().to_owned();
     undo::act(app.world_mut(), Intervention::PlaceRobot { robot: BLUE2, pose: Pose::new(1.0, 1.0, 0.0) });
     (0..30).for_each(|_| app.update());
     // The past is shown: the whole match is saved nevertheless.
@@ -205,8 +205,8 @@ fn a_page_is_saved_of_a_live_match_and_of_a_trace() {
     use std::fs;
     let folder = tempfile::tempdir().unwrap();
     let mut app = app();
-    app.add_plugins(MatchPanelPlugin).add_systems(Last, keep_match::tell_of_files);
-    app.world_mut().resource_mut::<keep_match::SavedMatches>().folder = folder.path().to_owned();
+    app.add_plugins(MatchPanelPlugin).add_systems(Last, saved_files::tell_of_files);
+    app.world_mut().resource_mut::<saved_files::SavedFiles>().folder = folder.path().to_owned();
     app.insert_resource(Simulator(&|| {
         let mut app = App::new();
         app.add_plugins(NaoisisPlugins);
@@ -218,8 +218,8 @@ fn a_page_is_saved_of_a_live_match_and_of_a_trace() {
         app.world_mut().write_message(AppExit::Success);
         app.update();
     };
-    let live = keep_match::save_page(app.world_mut()).unwrap();
-    let trace = keep_match::trace_of(&keep_match::keep(app.world_mut()).unwrap());
+    let live = saved_files::save_page(app.world_mut()).unwrap();
+    let trace = saved_files::trace_of(&saved_files::keep(app.world_mut()).unwrap());
     close(&mut app);
     let text = fs::read_to_string(&live).unwrap();
     assert!(text.starts_with("<!doctype html>") && live.extension().is_some_and(|ending| ending == "html"));
@@ -228,7 +228,7 @@ fn a_page_is_saved_of_a_live_match_and_of_a_trace() {
         app.update();
         std::thread::yield_now();
     }
-    let replayed = keep_match::save_page(app.world_mut()).unwrap();
+    let replayed = saved_files::save_page(app.world_mut()).unwrap();
     assert_ne!(replayed, live, "files are never replaced");
     close(&mut app);
     let expected = page_of_trace(&mut TraceReader::open(&trace).unwrap(), app.world().resource()).unwrap();

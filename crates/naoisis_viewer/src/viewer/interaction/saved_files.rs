@@ -27,14 +27,14 @@ use naoisis_sim::simulation::resolved;
 
 /// The folder for saved matches, and the traces and pages that are being written in the background.
 #[derive(Resource, Debug, Default)]
-pub struct SavedMatches {
+pub struct SavedFiles {
     /// The folder.
     pub folder: PathBuf,
     files: Vec<(PathBuf, JoinHandle<Result<(), String>>)>,
 }
 
 /// Saves the match that is shown, and begins to write its trace.
-pub(super) fn keep_match(world: &mut World) {
+pub(super) fn saved_files(world: &mut World) {
     let text = match keep(world) {
         Ok(path) => {
             let path = path.display();
@@ -57,7 +57,7 @@ pub fn keep(world: &mut World) -> Result<PathBuf, String> {
     let end = end_now(world);
     place.show(world);
     let scenario = world.get_resource::<Scenario>().cloned().unwrap_or_default();
-    let folder = world.resource::<SavedMatches>().folder.clone();
+    let folder = world.resource::<SavedFiles>().folder.clone();
     let path = write_new(&folder, &name(&scenario, end.cycles), EXTENSION, place.present_bytes())
         .map_err(|error| error.to_string())?;
     let trace = trace_of(&path);
@@ -89,7 +89,7 @@ pub fn save_page(world: &mut World) -> Result<PathBuf, String> {
     let (place, mut history) = (Place::of(world)?, world.resource::<History>().clone());
     let end = end_now(world);
     place.show(world);
-    let folder = world.resource::<SavedMatches>().folder.clone();
+    let folder = world.resource::<SavedFiles>().folder.clone();
     let cycles = history.last_cycle().unwrap_or(end.cycles);
     let path = write_new(&folder, &name(&scenario, cycles), "html", b"").map_err(|error| error.to_string())?;
     let of_thread = path.clone();
@@ -139,7 +139,7 @@ fn write_behind(
 ) -> Result<(), String> {
     let thread =
         thread::Builder::new().name("saved match".to_owned()).spawn(write).map_err(|error| error.to_string())?;
-    world.resource_mut::<SavedMatches>().files.push((path, thread));
+    world.resource_mut::<SavedFiles>().files.push((path, thread));
     Ok(())
 }
 
@@ -169,7 +169,7 @@ fn write(
 /// Says when files have been written. When the window closes, they are completed first.
 pub(super) fn tell_of_files(
     mut exits: MessageReader<AppExit>,
-    mut saved: ResMut<SavedMatches>,
+    mut saved: ResMut<SavedFiles>,
     mut notice: ResMut<Notice>,
 ) {
     let is_end = exits.read().count() > 0;
