@@ -4,7 +4,9 @@ use bevy::prelude::*;
 use core::fmt::Write as _;
 
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
-use super::summary_rows::{BLUE, PINK, ROBOT_COLUMNS, TEAM_COLUMNS, maps, mistake_rows, robot_rows, team_rows};
+use super::summary_rows::{
+    BLUE, KickLine, PINK, ROBOT_COLUMNS, TEAM_COLUMNS, kick_maps, maps, mistake_rows, robot_rows, team_rows,
+};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::Colour;
@@ -51,7 +53,12 @@ pub fn page(summary: &MatchSummary) -> String {
     table(&mut html, &TEAM_COLUMNS, &team_rows(summary));
     html += "<h2>Where they were</h2><div class=\"maps\">";
     for (words, map, colour) in maps(summary) {
-        _ = write!(html, "<figure>{}<figcaption>{words}</figcaption></figure>", svg(&summary.pitch, map, &hex(colour)));
+        let cells = cells(&summary.pitch, map, &hex(colour));
+        _ = write!(html, "<figure>{}<figcaption>{words}</figcaption></figure>", svg(&summary.pitch, &cells));
+    }
+    html += "</div><h2>Passes and shots</h2><div class=\"maps\">";
+    for (words, lines) in kick_maps(summary) {
+        _ = write!(html, "<figure>{}<figcaption>{words}</figcaption></figure>", svg(&summary.pitch, &arrows(&lines)));
     }
     html += "</div><h2>Robots</h2>";
     table(&mut html, &ROBOT_COLUMNS, &robot_rows(summary));
@@ -80,19 +87,31 @@ fn table(html: &mut String, columns: &[&str], rows: &[Vec<String>]) {
     *html += "</table>";
 }
 
-/// Adds a heat map on a plan of the pitch, with +y up.
-fn svg(pitch: &Pitch, map: &HeatMap, colour: &str) -> String {
+/// Returns passes or shots as lines in SVG, with +y up; those with success are thicker and end with a dot.
+fn arrows(lines: &[KickLine]) -> String {
+    let mut svg = String::new();
+    for line in lines {
+        let colour = hex(if line.team == Team::Blue { BLUE } else { PINK });
+        let (from, to) = (line.from_m * Vec2::new(1.0, -1.0), line.to_m * Vec2::new(1.0, -1.0));
+        let (width, opacity) = if line.is_success { (0.045, 1.0) } else { (0.025, 0.5) };
+        _ = write!(
+            svg,
+            "<path d=\"M{:.3} {:.3}L{:.3} {:.3}\" stroke=\"{colour}\" stroke-width=\"{width}\" opacity=\"{opacity}\"/>",
+            from.x, from.y, to.x, to.y
+        );
+        if line.is_success {
+            _ = write!(svg, "<circle cx=\"{:.3}\" cy=\"{:.3}\" r=\"0.09\" fill=\"{colour}\"/>", to.x, to.y);
+        }
+    }
+    svg
+}
+
+/// Returns a heat map as rectangles in SVG, with +y up.
+fn cells(pitch: &Pitch, map: &HeatMap, colour: &str) -> String {
     let (half_length, half_width) = (pitch.half_length(), pitch.half_width());
-    let line = pitch.line_width_m;
     let most_s = map.most_s().max(1e-6);
     let cell = Vec2::new(2.0 * half_length / CELLS_ALONG as f32, 2.0 * half_width / map.rows as f32);
-    let mut svg = format!(
-        "<svg width=\"{MAP_WIDTH}\" viewBox=\"{:.2} {:.2} {:.2} {:.2}\"><g fill=\"{colour}\">",
-        -half_length - 0.3,
-        -half_width - 0.3,
-        2.0 * half_length + 0.6,
-        2.0 * half_width + 0.6,
-    );
+    let mut svg = format!("<g fill=\"{colour}\">");
     for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
         let (column, row) = ((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32);
         let (x, y) = (column * cell.x - half_length, half_width - (row + 1.0) * cell.y);
@@ -104,9 +123,23 @@ fn svg(pitch: &Pitch, map: &HeatMap, colour: &str) -> String {
             cell.x, cell.y
         );
     }
+    svg + "</g>"
+}
+
+/// Returns a plan of the pitch with `contents`.
+fn svg(pitch: &Pitch, contents: &str) -> String {
+    let (half_length, half_width) = (pitch.half_length(), pitch.half_width());
+    let line = pitch.line_width_m;
+    let mut svg = format!(
+        "<svg width=\"{MAP_WIDTH}\" viewBox=\"{:.2} {:.2} {:.2} {:.2}\">{contents}",
+        -half_length - 0.3,
+        -half_width - 0.3,
+        2.0 * half_length + 0.6,
+        2.0 * half_width + 0.6,
+    );
     _ = write!(
         svg,
-        "</g><g fill=\"none\" stroke=\"#888\" stroke-width=\"{line}\">\
+        "<g fill=\"none\" stroke=\"#888\" stroke-width=\"{line}\">\
          <rect x=\"{:.3}\" y=\"{:.3}\" width=\"{:.3}\" height=\"{:.3}\"/>\
          <path d=\"M0 {:.3}V{half_width:.3}\"/><circle r=\"{:.3}\"/>",
         -half_length,
@@ -164,7 +197,7 @@ mod tests {
         assert!(page.contains("realism paper"), "{page}");
         assert!(!page.contains("<script>"));
         // Each map has the pitch and at most two areas at each end, and nothing else without play.
-        assert_eq!(page.matches("<svg").count(), 3);
+        assert_eq!(page.matches("<svg").count(), 5);
         assert_eq!(page.matches("opacity").count(), 0);
     }
 }

@@ -5,7 +5,9 @@ use bevy::prelude::*;
 use super::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse, shortened, width_of_words};
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use super::summary_page::minutes;
-use super::summary_rows::{BLUE, PINK, ROBOT_COLUMNS, TEAM_COLUMNS, maps, mistake_rows, robot_rows, team_rows};
+use super::summary_rows::{
+    BLUE, KickLine, PINK, ROBOT_COLUMNS, TEAM_COLUMNS, kick_maps, maps, mistake_rows, robot_rows, team_rows,
+};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::Colour;
@@ -58,7 +60,7 @@ pub fn picture(summary: &MatchSummary) -> Image {
     let height_of = |table: &Table| ROW * (table.rows.len() as f32 + 1.6);
     let goals_height = if goals > 0 { ROW * (goals as f32 + 1.6) } else { 0.0 };
     let beside = height_of(&numbers).max(height_of(&found));
-    let height = 150.0 + goals_height + beside + map_height + 3.0 * ROW + height_of(&robots) + EDGE;
+    let height = 150.0 + goals_height + beside + 2.0 * (map_height + 3.0 * ROW) + height_of(&robots) + EDGE;
     let mut canvas = Canvas::scaled(Vec2::new(WIDTH, height), PIXELS, PAPER);
     let title = format!("{}, seed {}", summary.name, summary.seed);
     canvas.words(&title, Vec2::new(EDGE, 46.0), TITLE, Anchor::Left, INK);
@@ -83,6 +85,14 @@ pub fn picture(summary: &MatchSummary) -> Image {
         draw_map(&mut canvas, &summary.pitch, (map, colour), at, map_width);
         let below = at + Vec2::new(0.0, map_height + 0.8 * ROW);
         canvas.words(words, below, LETTERS, Anchor::Left, colour);
+    }
+    top += map_height + 3.0 * ROW;
+    canvas.words("Passes and shots", Vec2::new(EDGE, top), LETTERS * 1.15, Anchor::Left, INK);
+    for (index, (words, lines)) in kick_maps(summary).into_iter().enumerate() {
+        let at = Vec2::new(EDGE + (map_width + 20.0) * index as f32, top + 0.6 * ROW);
+        draw_kicks(&mut canvas, &summary.pitch, &lines, at, map_width);
+        let below = at + Vec2::new(0.0, map_height + 0.8 * ROW);
+        canvas.words(words, below, LETTERS, Anchor::Left, GREY);
     }
     top += map_height + 3.0 * ROW;
     draw_table(&mut canvas, &robots, top);
@@ -126,18 +136,59 @@ fn draw_table(canvas: &mut Canvas, table: &Table, top: f32) {
     }
 }
 
-/// Draws a heat map on a plan of the pitch, with +y up.
+/// A plan of the pitch on the canvas, with +y up.
+struct Plan {
+    /// The corner at the top left, points.
+    at: Vec2,
+    /// Half of the length and of the width of the pitch, m.
+    half_m: Vec2,
+    /// Points per metre.
+    points: f32,
+}
+
+impl Plan {
+    fn new(pitch: &Pitch, at: Vec2, width: f32) -> Self {
+        let half_m = Vec2::new(pitch.half_length(), pitch.half_width());
+        Self { at, half_m, points: width / (2.0 * half_m.x + 0.6) }
+    }
+
+    fn place(&self, x: f32, y: f32) -> Vec2 {
+        self.at + self.points * (Vec2::new(x, -y) + self.half_m + 0.3)
+    }
+}
+
+/// Draws passes or shots; those with success are thicker and end with a dot.
+fn draw_kicks(canvas: &mut Canvas, pitch: &Pitch, lines: &[KickLine], at: Vec2, width: f32) {
+    let plan = Plan::new(pitch, at, width);
+    draw_lines(canvas, pitch, &plan);
+    for line in lines {
+        let colour = if line.team == Team::Blue { BLUE } else { PINK };
+        let [from, to] = [line.from_m, line.to_m].map(|place| plan.place(place.x, place.y));
+        canvas.line(&[from, to], colour, if line.is_success { 2.5 } else { 1.0 });
+        if line.is_success {
+            canvas.disc(to, 4.0, colour, 1.0);
+        }
+    }
+}
+
+/// Draws a heat map.
 fn draw_map(canvas: &mut Canvas, pitch: &Pitch, (map, colour): (&HeatMap, Colour), at: Vec2, width: f32) {
-    let half = Vec2::new(pitch.half_length(), pitch.half_width());
-    let points = width / (2.0 * half.x + 0.6);
-    let place = |x: f32, y: f32| at + points * (Vec2::new(x, -y) + half + 0.3);
+    let plan = Plan::new(pitch, at, width);
+    let (half, points) = (plan.half_m, plan.points);
     let cell = 2.0 * half / Vec2::new(CELLS_ALONG as f32, map.rows as f32);
     let most_s = map.most_s().max(1e-6);
     for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
         let least = Vec2::new((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32) * cell - half;
         // Square roots of the shares make differences easier to see.
-        canvas.rectangle(place(least.x, least.y + cell.y), points * cell, colour, (time_s / most_s).sqrt());
+        canvas.rectangle(plan.place(least.x, least.y + cell.y), points * cell, colour, (time_s / most_s).sqrt());
     }
+    draw_lines(canvas, pitch, &plan);
+}
+
+/// Draws the lines of the pitch.
+fn draw_lines(canvas: &mut Canvas, pitch: &Pitch, plan: &Plan) {
+    let (half, points) = (plan.half_m, plan.points);
+    let place = |x: f32, y: f32| plan.place(x, y);
     let stroke = (points * pitch.line_width_m).max(1.0);
     let mut frame = |low: Vec2, high: Vec2| {
         let corners = [place(low.x, low.y), place(high.x, low.y), place(high.x, high.y), place(low.x, high.y)];

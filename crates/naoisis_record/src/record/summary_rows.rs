@@ -1,5 +1,8 @@
 //! The tables and maps of a [summary](MatchSummary), for its page, its picture and the viewer.
 
+use bevy::prelude::*;
+
+use super::match_counts::{KickOutcome, PlayedKick};
 use super::match_summary::{HeatMap, MatchSummary};
 use super::mistakes::{Mistake, MistakeKind};
 use naoisis_core::team::Team;
@@ -20,6 +23,36 @@ pub const ROBOT_COLUMNS: [&str; 8] =
 /// Returns the heat maps, each with its title and its colour.
 pub fn maps(summary: &MatchSummary) -> [(&'static str, &HeatMap, Colour); 3] {
     [("the ball", &summary.ball, BALL), ("blue", &summary.places.blue, BLUE), ("pink", &summary.places.pink, PINK)]
+}
+
+/// A pass or a shot on a map.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct KickLine {
+    /// The robot's team.
+    pub team: Team,
+    /// The position of the ball before the kick, m.
+    pub from_m: Vec2,
+    /// The position of the ball at its end, m.
+    pub to_m: Vec2,
+    /// Whether the pass was completed, or the shot was on target.
+    pub is_success: bool,
+}
+
+/// Returns the maps of passes and shots, each with its title.
+pub fn kick_maps(summary: &MatchSummary) -> [(&'static str, Vec<KickLine>); 2] {
+    let mut maps = [("passes (completed with a dot)", Vec::new()), ("shots (on target with a dot)", Vec::new())];
+    for kick in &summary.counts.passes_and_shots {
+        let (map, is_success) = match kick.outcome {
+            KickOutcome::PassCompleted => (0, true),
+            KickOutcome::PassFailed { .. } => (0, false),
+            KickOutcome::ShotOnTarget { .. } => (1, true),
+            KickOutcome::ShotOffTarget => (1, false),
+            KickOutcome::Neither => continue,
+        };
+        let PlayedKick { robot, from_m, to_m, .. } = *kick;
+        maps[map].1.push(KickLine { team: robot.team, from_m, to_m, is_success });
+    }
+    maps
 }
 
 /// Returns the table of teams: a row for each quantity, with its name and the values of blue and pink.

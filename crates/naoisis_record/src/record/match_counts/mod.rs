@@ -40,7 +40,8 @@ mod robot_counts;
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-use kicks::{KickEnd, KickFollower, KickOutcome, StruckKick};
+pub use kicks::KickOutcome;
+use kicks::{KickEnd, KickFollower, StruckKick};
 pub use observed::{MatchCounter, Observed, ObservedRobot};
 pub use robot_counts::{ErrorCounts, RobotCounts};
 
@@ -84,6 +85,8 @@ pub struct MatchCounts {
     pub duration_s: f64,
     /// The robots' counts.
     pub robots: BTreeMap<RobotId, RobotCounts>,
+    /// All passes and shots, in the order in which they ended.
+    pub passes_and_shots: Vec<PlayedKick>,
     period_s: f64,
     play_cycles: u64,
     /// Cycles in `ready`, `set` and `playing`.
@@ -109,6 +112,21 @@ pub struct MatchCounts {
     last_cycle: u64,
 }
 
+/// A pass or a shot. Blue defends -x: halves that are played the other way are turned around.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PlayedKick {
+    /// The robot that kicked.
+    pub robot: RobotId,
+    /// The time of the kick, s since the start of the match.
+    pub time_s: f64,
+    /// The position of the ball before the kick, m.
+    pub from_m: Vec2,
+    /// The last position of the ball before it was touched, left the pitch or play was stopped, m.
+    pub to_m: Vec2,
+    /// What came of it.
+    pub outcome: KickOutcome,
+}
+
 /// A duel under way.
 #[derive(Clone, Copy, Debug, Default)]
 struct Duel {
@@ -131,6 +149,7 @@ impl MatchCounts {
             duels_won: default(),
             duration_s: 0.0,
             robots: BTreeMap::new(),
+            passes_and_shots: Vec::new(),
             period_s: scenario.cycle_s,
             play_cycles: 0,
             game_cycles: 0,
@@ -160,6 +179,7 @@ impl MatchCounts {
     pub fn look<'a>(&mut self, cycle: &Observed, robots: impl Iterator<Item = ObservedRobot<'a>>) -> f64 {
         let cycles = cycle.cycle.saturating_sub(self.last_cycle);
         self.last_cycle = cycle.cycle;
+        let ball_before_m = self.ball_m;
         (self.ball_m, self.goalkeepers) = (cycle.ball_m, cycle.goalkeepers);
         let Some((began_s, score)) = self.began else {
             self.began = Some((cycle.time_s, cycle.score));
@@ -173,7 +193,13 @@ impl MatchCounts {
             self.count(event);
         }
         for (kick, end) in self.kicks.look(cycle) {
-            self.count_kick(kick, end);
+            let outcome = self.count_kick(kick, end);
+            let first_way = |place: Vec2| if cycle.blue_end == End::NegativeX { place } else { -place };
+            if outcome != KickOutcome::Neither {
+                let StruckKick { robot, time_s, position_m, .. } = kick;
+                let (from_m, to_m) = (first_way(position_m), first_way(ball_before_m.unwrap_or(position_m)));
+                self.passes_and_shots.push(PlayedKick { robot, time_s, from_m, to_m, outcome });
+            }
         }
         if cycle.state != GameState::Playing {
             self.dead_ball();
@@ -289,7 +315,7 @@ impl MatchCounts {
         self.duel = None;
     }
 
-    fn count_kick(&mut self, kick: StruckKick, end: KickEnd) {
+    fn count_kick(&mut self, kick: StruckKick, end: KickEnd) -> KickOutcome {
         let outcome = kick.outcome(end, self.kicks.pitch());
         let robot = self.robot(kick.robot);
         match outcome {
@@ -306,6 +332,7 @@ impl MatchCounts {
             }
             KickOutcome::Neither => {}
         }
+        outcome
     }
 
     /// Begins or ends a duel. `further_m` is the distance of each team's nearest robot to the ball, the greater of the two.

@@ -57,6 +57,28 @@ fn kicks_are_shots_that_are_saved_and_passes_that_are_completed() {
 }
 
 #[test]
+fn passes_and_shots_have_their_places_and_halves_the_other_way_are_turned_around() {
+    for (blue_end, sign) in [(End::NegativeX, 1.0), (End::PositiveX, -1.0)] {
+        let mut counts = MatchCounts::new(&Scenario::default());
+        // The ball lies, is kicked, rolls 1 m to the side, and is touched by a team-mate when the referee has put it elsewhere.
+        for (cycle, y_m, event) in [
+            (0, 0.0, None),
+            (1, 0.0, Some(kick(BLUE2, FRAC_PI_2))),
+            (2, 1.0, None),
+            (3, -2.0, Some(kick(BLUE3, FRAC_PI_2))),
+        ] {
+            let mut record = record(cycle, event.into_iter().collect());
+            record.ball = Some(BallRecord { position_m: Vec3::Y * y_m, velocity_mps: Vec3::ZERO });
+            record.game.blue_end = blue_end;
+            counts.look_at_record(&record);
+        }
+        let [pass] = counts.passes_and_shots[..] else { panic!("{:?}", counts.passes_and_shots) };
+        assert_eq!((pass.robot, pass.outcome), (BLUE2, KickOutcome::PassCompleted));
+        assert_eq!((pass.from_m, pass.to_m), (Vec2::ZERO * sign, Vec2::Y * sign));
+    }
+}
+
+#[test]
 fn a_substitute_that_keeps_goal_has_the_saves() {
     let mut counts = MatchCounts::new(&Scenario::default());
     for (cycle, events) in

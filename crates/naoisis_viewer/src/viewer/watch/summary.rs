@@ -21,13 +21,17 @@ use crate::viewer::theme::{card, dim, minutes, team_colour};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, Rules};
+use naoisis_core::pitch::Pitch;
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_record::record::history::History;
 use naoisis_record::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use naoisis_record::record::summary_picture::picture;
 use naoisis_record::record::summary_recorder::png;
-use naoisis_record::record::summary_rows::team_rows;
+use naoisis_record::record::summary_rows::{KickLine, kick_maps, team_rows};
 use naoisis_sim::scenario::Scenario;
+
+/// The ground of maps.
+const TURF: Color32 = Color32::from_rgb(24, 84, 44);
 
 /// Shows the summary of a match.
 pub struct SummaryPlugin;
@@ -161,6 +165,14 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut
                 }
             });
             ui.horizontal(|ui| {
+                for (words, lines) in kick_maps(summary) {
+                    ui.vertical(|ui| {
+                        draw_kicks(ui, &lines, &summary.pitch, 9.0 * letters);
+                        ui.label(dim(words));
+                    });
+                }
+            });
+            ui.horizontal(|ui| {
                 is_closed = ui.button("Close").clicked();
                 let hint = "Saves the statistics as a picture in the current folder";
                 is_saved = ui.button("Save as PNG").on_hover_text(hint).clicked();
@@ -191,7 +203,7 @@ fn rows(summary: &MatchSummary) -> Vec<Vec<String>> {
 fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, width: f32) {
     let cell = width / CELLS_ALONG as f32;
     let (area, _) = ui.allocate_exact_size(egui::vec2(width, cell * map.rows as f32), Sense::hover());
-    ui.painter().rect_filled(area, 2.0, Color32::from_rgb(24, 84, 44));
+    ui.painter().rect_filled(area, 2.0, TURF);
     let most_s = map.most_s().max(f32::EPSILON);
     for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
         let (column, row) = ((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32);
@@ -204,6 +216,26 @@ fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, width: f32) {
             0.0,
             colour.gamma_multiply(strength),
         );
+    }
+}
+
+/// Draws passes or shots on a plan of the pitch: those with success are thicker and end with a dot.
+fn draw_kicks(ui: &mut egui::Ui, lines: &[KickLine], pitch: &Pitch, width: f32) {
+    let points = width / pitch.length_m;
+    let (area, _) = ui.allocate_exact_size(egui::vec2(width, points * pitch.width_m), Sense::hover());
+    let painter = ui.painter().with_clip_rect(area.expand(2.0));
+    painter.rect_filled(area, 2.0, TURF);
+    painter.vline(area.center().x, area.y_range(), (1.0, Color32::from_white_alpha(60)));
+    let place = |at: Vec2| area.center() + points * egui::vec2(at.x, -at.y);
+    for line in lines {
+        let colour = palette::in_panel(palette::team(line.team));
+        let (from, to) = (place(line.from_m), place(line.to_m));
+        if line.is_success {
+            painter.line_segment([from, to], (1.8, colour));
+            painter.circle_filled(to, 3.0, colour);
+        } else {
+            painter.line_segment([from, to], (1.0, colour.gamma_multiply(0.5)));
+        }
     }
 }
 
