@@ -94,14 +94,23 @@ fn belongs_to_behaviour(info: &ComponentInfo, registry: &TypeRegistry) -> bool {
 
 fn fields_of(value: &dyn PartialReflect) -> Vec<(String, String)> {
     match value.reflect_ref() {
-        ReflectRef::Struct(fields) => fields
-            .iter_fields()
-            .enumerate()
-            .map(|(index, (_, field))| (fields.name_at(index).unwrap_or_default().to_owned(), words(field)))
-            .collect(),
+        ReflectRef::Struct(fields) => {
+            let named = fields.iter_fields().enumerate();
+            let named = named.map(|(index, (_, field))| (fields.name_at(index).unwrap_or_default(), field));
+            named.flat_map(|(name, field)| field_of(name, field)).collect()
+        }
         ReflectRef::TupleStruct(fields) => fields.iter_fields().map(|field| (String::new(), words(field))).collect(),
         _ => vec![(String::new(), words(value))],
     }
+}
+
+/// The lines of a field: one, or one for each entry of a map.
+fn field_of(name: &str, field: &dyn PartialReflect) -> Vec<(String, String)> {
+    let ReflectRef::Map(map) = field.reflect_ref() else { return vec![(name.to_owned(), words(field))] };
+    let mut lines: Vec<_> =
+        map.iter().map(|(key, value)| (format!("{name}: {}", words(key).trim_matches('"')), words(value))).collect();
+    lines.sort();
+    lines
 }
 
 /// A value on one line.
@@ -138,12 +147,14 @@ mod tests {
     struct Dreams {
         count: u32,
         of: Option<Vec2>,
+        places: BTreeMap<String, f32>,
     }
 
     fn dream(mut robots: Query<(&mut Dreams, &mut HeadCommand), With<Dreamer>>) {
         for (mut dreams, mut head) in &mut robots {
             dreams.count += 1;
             dreams.of = Some(Vec2::X);
+            dreams.places = [("home".to_owned(), 0.5), ("away".to_owned(), 2.0)].into();
             head.yaw += 0.01;
         }
     }
@@ -160,7 +171,12 @@ mod tests {
         assert_eq!(state.name.as_deref(), Some("dreamer"));
         let names: Vec<&str> = state.components.iter().map(|component| component.name.as_str()).collect();
         assert_eq!(names, ["Dreamer", "Dreams"]);
-        assert_eq!(state.components[1].fields[0], ("count".to_owned(), "3".to_owned()));
+        let fields = &state.components[1].fields;
+        assert_eq!(fields[0], ("count".to_owned(), "3".to_owned()));
+        assert_eq!(
+            fields[2..],
+            [("places: away", "2.0"), ("places: home", "0.5")].map(|(a, b)| (a.to_owned(), b.to_owned()))
+        );
     }
 
     #[test]
