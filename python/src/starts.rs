@@ -1,6 +1,6 @@
 //! What episodes start from: a scenario or a challenge, who is controlled in it, against whom, and what a reset changes of it.
 
-use naoisis::environment::challenge::{CHALLENGES, ChallengeError, Situation};
+use naoisis::environment::challenge::{ChallengeError, Situation};
 use naoisis::environment::{Challenge, Start};
 use naoisis::scenario::{Realism, Scenario, ScenarioFile, Setting};
 use naoisis::simulation::Snapshot;
@@ -37,7 +37,7 @@ pub struct Changes<'py> {
 /// The scenario, and what a challenge adds to it.
 pub fn scenario_of(py: Python<'_>, made: &Made<'_>) -> PyResult<(ScenarioFile, Option<Challenge>)> {
     let name = made.scenario.cast::<PyString>().ok().and_then(|name| name.to_str().ok());
-    match name.filter(|name| CHALLENGES.iter().any(|(known, _)| known == name)) {
+    match name.filter(|name| Challenge::exists(name)) {
         Some(name) => {
             let wrong = |error: ChallengeError| PyValueError::new_err(error.to_string());
             let mut challenge = Challenge::named(name).map_err(wrong)?;

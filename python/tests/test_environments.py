@@ -402,3 +402,12 @@ def test_an_interrupt_breaks_off_a_long_step():
     cycle = match.cycle
     match.step()
     assert match.cycle == cycle + 1
+
+
+def test_every_task_has_a_form_with_opponents_and_a_robot_that_are_held_out():
+    for task in TASKS:
+        name, version = task.split("-")
+        assert f"naoisis/{name}_unseen-{version}" in gymnasium.registry
+    env = gymnasium.make("naoisis/TwoOnTwo_unseen-v0", observation="belief")
+    observation, _ = env.reset(seed=1)
+    assert observation.shape == gymnasium.make("naoisis/TwoOnTwo-v0", observation="belief").observation_space.shape

@@ -70,6 +70,14 @@ fn results_are_verified_and_make_a_table_without_those_that_are_changed() {
     assert_eq!(output.status.code(), Some(1));
     let words = text(&output.stdout);
     assert!(words.contains("open loop of chaser: differs at episode 3 (seed 1000000003): "), "{words}");
+    // Another player's result is another one from the first steps on.
+    let mut results: Value = serde_json::from_slice(&fs::read(folder.path().join("good.json")).unwrap()).unwrap();
+    results["results"][0]["episodes"] = results["results"][2]["episodes"].clone();
+    results["results"][0]["rate"] = results["results"][2]["rate"].clone();
+    fs::write(folder.path().join("another.txt"), results.to_string()).unwrap();
+    let output = run(&["challenge", "--verify", "another.txt"]);
+    let words = text(&output.stdout);
+    assert!(words.contains("with robots or ball elsewhere from 0."), "{words}");
 
     fs::write(folder.path().join("torn.json"), "{\"results\": [").unwrap();
     let output = run(&["leaderboard", ".", "--verify", "--json", "table.txt", "--html", "table.html"]);

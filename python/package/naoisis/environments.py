@@ -327,14 +327,16 @@ def vector_env(
 
 
 def register() -> None:
-    """Registers the tasks in Gymnasium, as ``naoisis/NAME-vN``.
+    """Registers the tasks in Gymnasium, as ``naoisis/NAME-vN``, and as ``naoisis/NAME_unseen-vN`` with opponents and a robot that are held
+    out.
 
     Importing :mod:`naoisis` does it, and so does the name of the module in ``gymnasium.make("naoisis:naoisis/NAME-vN")``.
     """
-    for name, version, _ in _naoisis.challenges():
-        gymnasium.register(
-            id=f"naoisis/{name}-v{version}",
-            entry_point="naoisis.environments:MatchEnv",
-            vector_entry_point="naoisis.environments:VectorEnv",
-            kwargs={"scenario": name},
-        )
+    for seen, version, _ in _naoisis.challenges():
+        for name in (seen, f"{seen}_unseen"):
+            gymnasium.register(
+                id=f"naoisis/{name}-v{version}",
+                entry_point="naoisis.environments:MatchEnv",
+                vector_entry_point="naoisis.environments:VectorEnv",
+                kwargs={"scenario": name},
+            )

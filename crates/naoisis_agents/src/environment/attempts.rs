@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use bevy::prelude::*;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -74,6 +75,28 @@ pub struct Attempt {
     pub time_s: f64,
     /// A number that depends on where ball and robots were at its end, as sixteen hexadecimal digits.
     pub end_state: String,
+    /// A byte for each step that depends on where ball and robots were after it, in base64; empty in older files.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub steps: String,
+}
+
+impl Attempt {
+    /// Whether it came out as `written`, which has no steps if it is of an earlier version.
+    pub(super) fn is_as(&self, written: &Self) -> bool {
+        *self
+            == Self {
+                steps: if written.steps.is_empty() { self.steps.clone() } else { written.steps.clone() },
+                ..written.clone()
+            }
+    }
+
+    /// The time of the first step after which ball or robots were elsewhere than in `other`, s. `None` if all common steps are the same.
+    /// A byte differs with a probability of 255 / 256, so the time may be one of the next steps.
+    pub fn first_difference_s(&self, other: &Self) -> Option<f64> {
+        let [own, others] = [self, other].map(|attempt| BASE64_STANDARD.decode(&attempt.steps).unwrap_or_default());
+        let step = own.iter().zip(&others).position(|(own, other)| own != other)?;
+        Some(self.time_s * (step + 1) as f64 / own.len() as f64)
+    }
 }
 
 /// The success rate of `attempts`.
@@ -229,16 +252,18 @@ impl Prepared {
         }
         let mut rewards = vec![0.0; settings.control.len()];
         let mut cycles = self.commands.iter();
+        let mut steps = Vec::new();
         while !episode.progress.is_over() {
             if let ChallengePlayer::OpenLoop(_) = self.player {
                 let nothing = || vec![RobotCommand::default(); settings.control.len()];
                 episode.step_with(settings, cycles.next().cloned().unwrap_or_else(nothing), &mut rewards);
-                continue;
+            } else {
+                if self.player == ChallengePlayer::Random {
+                    actions.fill_with(|| chance.random_range(-1.0..=1.0));
+                }
+                episode.step(settings, &actions, &mut rewards);
             }
-            if self.player == ChallengePlayer::Random {
-                actions.fill_with(|| chance.random_range(-1.0..=1.0));
-            }
-            episode.step(settings, &actions, &mut rewards);
+            steps.push((digest(&episode.world) >> 56) as u8);
             if let Some((robot, message)) = episode.lost.take() {
                 return Err(AttemptError::Lost { seed, robot, message });
             }
@@ -247,7 +272,8 @@ impl Prepared {
         // Robots have already perceived in the cycle that would come next.
         let time_s = episode.world.resource::<CycleClock>().start_time_s();
         let end_state = format!("{:016x}", digest(&episode.world));
-        Ok(Attempt { seed, is_success: episode.progress.is_success, time_s, end_state })
+        let steps = BASE64_STANDARD.encode(steps);
+        Ok(Attempt { seed, is_success: episode.progress.is_success, time_s, end_state, steps })
     }
 }
 

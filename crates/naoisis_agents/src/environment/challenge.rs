@@ -104,6 +104,14 @@ pub enum ChallengeError {
 
 naoisis_core::debug_as_displayed!(ChallengeError);
 
+/// What is after the name of a challenge against opponents and with a robot that are held out.
+pub const UNSEEN: &str = "_unseen";
+/// The held-out robot, team, and players.
+const UNSEEN_ROBOT: &str = "booster_t1";
+const UNSEEN_TEAM: &str = "passers";
+const UNSEEN_KEEPER: &str = "passing_keeper";
+const UNSEEN_PLAYER: &str = "passer";
+
 macro_rules! embedded {
     ($($name:literal)*) => {
         /// The built-in challenges by name, from `assets/challenges`.
@@ -116,17 +124,46 @@ embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "FirstGo
 "GoToBall" "GetUp" "WalkAcross" "KickAccuracy" "InterceptBall" "KeepGoal" "Localise" "PassAndScore" "OneOnOne" "Match5v5" }
 
 impl Challenge {
-    /// The built-in challenge `name`.
+    /// Whether there is a built-in challenge `name`.
+    pub fn exists(name: &str) -> bool {
+        let name = name.strip_suffix(UNSEEN).unwrap_or(name);
+        CHALLENGES.iter().any(|(known, _)| *known == name)
+    }
+
+    /// The built-in challenge `name`, or with [`UNSEEN`] after its name its held-out form.
     ///
     /// # Errors
     /// If there is no challenge with this name.
     pub fn named(name: &str) -> Result<Self, ChallengeError> {
+        if let Some(seen) = name.strip_suffix(UNSEEN) {
+            return Self::named(seen).map(Self::held_out);
+        }
         let Some((_, text)) = CHALLENGES.iter().find(|(known, _)| *known == name) else {
             let known: Vec<&str> = CHALLENGES.iter().map(|(name, _)| *name).collect();
             let meant = did_you_mean(name, known.iter().copied());
             return Err(ChallengeError::NoSuch { name: name.to_owned(), meant, known: known.join(", ") });
         };
         serde_json::from_str(text).map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })
+    }
+
+    /// The challenge against opponents and with a robot that are held out: for measuring what was learned without them.
+    fn held_out(mut self) -> Self {
+        self.name.push_str(UNSEEN);
+        // The players of the challenge, without their rates in it.
+        self.success_rates.values_mut().flat_map(BTreeMap::values_mut).for_each(|rate| *rate = SuccessRate::default());
+        let Some(scenario) = self.scenario.as_object_mut() else { return self };
+        scenario.insert("name".to_owned(), self.name.clone().into());
+        scenario.insert("model".to_owned(), UNSEEN_ROBOT.into());
+        if let Some(teams) = scenario.get_mut("teams") {
+            teams["pink"] = UNSEEN_TEAM.into();
+        }
+        for robot in scenario.get_mut("robots").and_then(Value::as_array_mut).into_iter().flatten() {
+            let unseen = if robot["behaviour"] == "keeper" { UNSEEN_KEEPER } else { UNSEEN_PLAYER };
+            if robot["team"] == "pink" {
+                robot["behaviour"] = unseen.into();
+            }
+        }
+        self
     }
 
     /// The challenge in another `realism`, and with another `model` of the robots if there is one. Without, `realistic` has the NAO V6 in the
@@ -161,6 +198,7 @@ impl Challenge {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_core::team::Team;
     use naoisis_sim::scenario::{RealismSettings, Scenario};
     use std::path::Path;
 
@@ -199,6 +237,19 @@ mod tests {
                 assert_eq!(drawn.ball == scenario.ball, challenge.situation.ball.is_none(), "{name} {seed}");
             }
         }
+        for (name, _) in CHALLENGES {
+            let unseen = Challenge::named(&format!("{name}_unseen")).unwrap();
+            assert!(unseen.name == format!("{name}_unseen") && Challenge::exists(&unseen.name));
+            for realism in [Realism::Ideal, Realism::Realistic] {
+                let scenario = unseen.clone().with(realism, None).unwrap().scenario().unwrap().scenario;
+                assert_eq!(scenario.model, "booster_t1", "{name}");
+                let of_pink = scenario.robots.iter().filter(|robot| robot.team == Team::Pink);
+                let behaviours = of_pink.map(|robot| serde_json::to_value(&robot.behaviour).unwrap());
+                assert!(behaviours.into_iter().all(|behaviour| behaviour == "passer" || behaviour == "passing_keeper"));
+                assert!(scenario.teams.is_none_or(|teams| teams.pink == "passers"), "{name}");
+            }
+        }
+        assert!(Challenge::named("Nothing_unseen").is_err() && !Challenge::exists("Nothing_unseen"));
         assert!(Challenge::named("ScoreGoal").unwrap_err().to_string().contains("expected one of FindBall"));
         let error = Challenge::named("findball").unwrap_err().to_string();
         assert!(error.starts_with("there is no challenge `findball`: did you mean `FindBall`?; expected"), "{error}");

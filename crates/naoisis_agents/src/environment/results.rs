@@ -160,7 +160,7 @@ impl ChallengeResult {
         let mut written = self.episodes.iter();
         play_attempts(challenge, &player, &attempts, simulator, &found_one, |attempt| {
             played();
-            if written.next() != Some(&attempt) && different.is_none() {
+            if written.next().is_none_or(|written| !attempt.is_as(written)) && different.is_none() {
                 different = Some(attempt);
             }
             found_one.store(different.is_some() || stop.load(Ordering::Relaxed), Ordering::Relaxed);
@@ -172,6 +172,7 @@ impl ChallengeResult {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use base64::prelude::{BASE64_STANDARD, Engine};
     use naoisis_sim::simulation::NaoisisPlugins;
 
     fn simulator() -> App {
@@ -206,6 +207,24 @@ mod tests {
             change(&mut changed.episodes[2 + index]);
             assert_eq!(verify(&changed), Some(result.episodes[2 + index].clone()));
         }
+        // A file of an earlier version has no steps.
+        let mut older = result.clone();
+        older.episodes.iter_mut().for_each(|attempt| attempt.steps.clear());
+        assert_eq!(verify(&older), None);
+    }
+
+    #[test]
+    fn the_time_of_the_first_difference_is_that_of_its_step() {
+        let (_, result) = found_ball();
+        let one = &result.episodes[0];
+        assert_eq!(one.first_difference_s(one), None);
+        let mut other = one.clone();
+        // Four characters have the bytes of three steps: the tenth character is in those of the seventh and of the eighth.
+        let character = if other.steps.as_bytes()[9] == b'A' { "B" } else { "A" };
+        other.steps.replace_range(9..10, character);
+        let step_s = one.time_s / BASE64_STANDARD.decode(&one.steps).unwrap().len() as f64;
+        let steps = one.first_difference_s(&other).unwrap() / step_s;
+        assert!((6.9..8.1).contains(&steps), "{steps}");
     }
 
     #[test]

@@ -275,10 +275,15 @@ pub(super) fn verify(
         };
         status = ExitCode::FAILURE;
         let index = result.episodes.iter().position(|written| written.seed == found.seed).unwrap_or_default();
+        let at_s = result.episodes.get(index).and_then(|written| found.first_difference_s(written));
         let written = result.episodes.get(index).map(outcome).unwrap_or_default();
         let now = outcome(&found);
-        let how =
-            if written == now { "with robots or ball elsewhere at the end".to_owned() } else { format!("now {now}") };
+        let elsewhere = "robots or ball elsewhere";
+        let how = match at_s {
+            Some(at_s) => format!("now {now}, with {elsewhere} from {at_s:.2} s on"),
+            None if written == now => format!("with {elsewhere} at the end"),
+            None => format!("now {now}"),
+        };
         printer.print(format_args!(
             "{name}: differs at episode {} (seed {}): {written} in the file, {how}\n",
             index + 1,

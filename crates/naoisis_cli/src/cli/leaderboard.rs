@@ -12,7 +12,7 @@ use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
 use super::terminal::Printer;
 use super::{Program, report};
-use naoisis_agents::environment::challenge::{CHALLENGES, RECORD_SEED};
+use naoisis_agents::environment::challenge::{CHALLENGES, RECORD_SEED, UNSEEN};
 use naoisis_agents::environment::results::{ChallengeResult, ResultFile};
 use naoisis_core::replace_file::replace_file;
 
@@ -125,10 +125,11 @@ fn sort(rows: &mut [Row]) {
 }
 
 /// The challenge, realism and robot of a result.
-fn group(row: &Row) -> (usize, &'static str, &str) {
+fn group(row: &Row) -> (usize, &str, &'static str, &str) {
     let ChallengeResult { challenge, realism, robot, .. } = &row.result;
-    let index = CHALLENGES.iter().position(|(name, _)| name == challenge);
-    (index.unwrap_or(usize::MAX), realism.name(), robot.as_deref().unwrap_or_default())
+    let seen = challenge.strip_suffix(UNSEEN).unwrap_or(challenge);
+    let index = CHALLENGES.iter().position(|(name, _)| *name == seen);
+    (index.unwrap_or(usize::MAX), challenge, realism.name(), robot.as_deref().unwrap_or_default())
 }
 
 fn title(row: &Row) -> String {
