@@ -71,6 +71,7 @@ def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
     policy = naoisis.export_policy(module, tmp_path / "policy.onnx", envs, note="a test")
     layout = json.loads((tmp_path / "policy.json").read_text())
     assert (layout["action"], layout["cycles_per_step"], layout["note"]) == (action, 5, "a test")
+    assert (layout["team_mates"], layout["opponents"]) == (2, 3)
     with torch.no_grad():
         expected = module(torch.from_numpy(observations)).numpy()
     assert np.allclose(policy.scores(observations), expected, atol=1e-4)

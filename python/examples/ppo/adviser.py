@@ -53,6 +53,8 @@ HALF_GOAL_M, AIMS_M = 0.7, (0.0, 0.24, -0.24, 0.48, -0.48)
 BALL_M, ROBOT_M, BLOCKED_M = 0.21, 0.36, 0.15
 # Who is not the nearest stays here as seen from the ball, ahead being towards the opponents' goal, m.
 SUPPORT = -0.8 + 0.7j
+# So far before the middle of the goal a keeper stands, m.
+KEEPER_M = 0.6
 # What was seen longer ago may be anywhere, s.
 OLD_S = 4.0
 
@@ -90,7 +92,10 @@ class Adviser:
 
     def __init__(self, names: Sequence[str]):
         self.index = {name: index for index, name in enumerate(names)}
-        self.others = [name for name in ("team_mate1", "opponent1", "opponent2") if f"{name}.x" in self.index]
+        self.others = [
+            name[:-2] for name in names if name.startswith(("team_mate", "opponent")) and name.endswith(".x")
+        ]
+        self.mates = [name for name in self.others if name.startswith("team_mate")]
         ahead, aside = np.meshgrid(SHARES, SHARES, indexing="ij")
         ways = (ahead + 1j * aside).ravel()
         # Nobody is faster than at full speed ahead.
@@ -158,6 +163,10 @@ class Adviser:
         side = np.where(self._of(seen, "own.y") > 0, 1, -1)
         supports = self._supports(seen, ball, goal, others)
         goes = np.where(supports, ball + pitch * (SUPPORT.real + 1j * SUPPORT.imag * side), goes)
+        keeps = self._keeps(seen, ball, goal, others)
+        own_goal = self._place(seen, "own_goal")
+        goes = np.where(keeps, own_goal + KEEPER_M * unit(ball - own_goal), goes)
+        supports |= keeps
         obstacles = [(*other, ROBOT_M) for other in others.values()]
         return around(goes, [*obstacles, (ball, ~is_last, BALL_M)]), np.where(supports, unit(ball), looks)
 
@@ -182,18 +191,31 @@ class Adviser:
             place, facing = np.where(is_sooner, stands, place), np.where(is_sooner, faces, facing)
         return place, facing
 
-    def _supports(self, seen: np.ndarray, ball: np.ndarray, goal: np.ndarray, others: dict) -> np.ndarray:
-        """Whether a team-mate is sooner behind the ball, and the robot so near that it would be in the way."""
-        if "team_mate1" not in others:
-            return np.zeros(len(ball), bool)
+    def _sooner(self, seen: np.ndarray, ball: np.ndarray, goal: np.ndarray, others: dict) -> np.ndarray:
+        """Whether a team-mate is sooner behind the ball."""
         aim = unit(goal - ball)
 
         def way_m(place: np.ndarray) -> np.ndarray:
             return np.abs(ball - place) + 0.4 * (1 - dot(unit(ball - place), aim))
 
-        mate, known = others["team_mate1"]
-        is_fresh = known & (self._of(seen, "team_mate1.age") < 1)
-        return is_fresh & (way_m(mate) < way_m(np.zeros_like(ball))) & (np.abs(ball) < 1.2)
+        own_m, sooner = way_m(np.zeros_like(ball)), np.zeros(len(ball), bool)
+        for name in self.mates:
+            mate, known = others[name]
+            sooner |= known & (self._of(seen, f"{name}.age") < 1) & (way_m(mate) < own_m)
+        return sooner
+
+    def _supports(self, seen: np.ndarray, ball: np.ndarray, goal: np.ndarray, others: dict) -> np.ndarray:
+        """Whether a team-mate is sooner behind the ball, and the robot so near that it would be in the way."""
+        return self._sooner(seen, ball, goal, others) & (np.abs(ball) < (1.2 if len(self.mates) < 2 else 2.5))
+
+    def _keeps(self, seen: np.ndarray, ball: np.ndarray, goal: np.ndarray, others: dict) -> np.ndarray:
+        """Whether the robot is the keeper: of three or more the nearest to the own goal, unless it is the nearest to the ball."""
+        keeps = self._sooner(seen, ball, goal, others) & (len(self.mates) > 1)
+        own_goal = self._place(seen, "own_goal")
+        for name in self.mates:
+            mate, known = others[name]
+            keeps &= ~known | (np.abs(own_goal - mate) > np.abs(own_goal))
+        return keeps
 
     def _kick(self, seen: np.ndarray, ball: np.ndarray, pitch: np.ndarray, aim: Aim, opponents: list) -> np.ndarray:
         """The kick to make now: 0 for none."""

@@ -147,11 +147,15 @@ def export_policy(
         "cycles_per_step": worlds.inner.cycles_per_step,
         "choice": choice,
         "state": [{"input": name, "output": f"{name}_after"} for name in names],
+        **_others(worlds.observation_names),
         "note": note,
     }
     # The exporter by default needs one more package.
     has_dynamo = "dynamo" in inspect.signature(torch.onnx.export).parameters
     exporter: dict[str, Any] = {"dynamo": False} if has_dynamo else {}
+    if not names:
+        # One run for all robots of a team.
+        exporter["dynamic_axes"] = {"observation": {0: "robots"}, "action": {0: "robots"}}
     with _resting(module), warnings.catch_warnings():
         # Of the exporter's own changes in later versions.
         warnings.simplefilter("ignore")
@@ -168,6 +172,14 @@ def export_policy(
         policy = Policy(path)
         _compare(policy, module, observations, states)
     return policy
+
+
+def _others(names: Sequence[str]) -> dict[str, int]:
+    """How many robots of both teams are in an observation, so that the policy plays in matches with other numbers, too."""
+    groups = {name.split(".")[0] for name in names}
+    if "ball" not in groups:
+        return {}
+    return {f"{other}s": sum(group.startswith(other) for group in groups) for other in ("team_mate", "opponent")}
 
 
 @contextmanager

@@ -20,6 +20,13 @@ pub struct ObservationEntry {
     pub says: &'static str,
 }
 
+impl ObservationEntry {
+    /// `value` within the range of the entry; NaN becomes 0.
+    fn within(&self, value: f32) -> f32 {
+        if value.is_nan() { 0.0 } else { value.clamp(self.low, self.high) }
+    }
+}
+
 impl fmt::Display for ObservationEntry {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.group, self.number) {
@@ -55,9 +62,15 @@ pub(super) struct Values<'a> {
 impl Sink for Values<'_> {
     fn put(&mut self, entry: ObservationEntry, value: f32) {
         if let Some(place) = self.array.get_mut(self.filled) {
-            *place = if value.is_nan() { 0.0 } else { value.clamp(entry.low, entry.high) };
+            *place = entry.within(value);
             self.filled += 1;
         }
+    }
+}
+
+impl Sink for Vec<(ObservationEntry, f32)> {
+    fn put(&mut self, entry: ObservationEntry, value: f32) {
+        self.push((entry, entry.within(value)));
     }
 }
 

@@ -84,19 +84,39 @@ const AGE: [f32; 2] = [0.0, OLDEST_S];
 /// The entries of the observation of robot `id` in the match of `world`.
 pub fn entries(kind: ObservationKind, world: &World, id: RobotId) -> Vec<ObservationEntry> {
     let mut entries = Entries::default();
-    observe_into(&mut entries, kind, world, id, &Memory::default());
+    observe_into(&mut entries, kind, world, id, Others::of(world.resource(), id.team), &Memory::default());
     entries.0
 }
 
 /// Fills `array` with the observation of robot `id`. It has as many numbers as [`entries`] has entries.
 pub(crate) fn observe(array: &mut [f32], kind: ObservationKind, world: &World, id: RobotId, memory: &Memory) {
-    observe_into(&mut Values { array, filled: 0 }, kind, world, id, memory);
+    let others = Others::of(world.resource(), id.team);
+    observe_into(&mut Values { array, filled: 0 }, kind, world, id, others, memory);
 }
 
-fn observe_into(sink: &mut impl Sink, kind: ObservationKind, world: &World, id: RobotId, memory: &Memory) {
+/// The observation of robot `id` with entries for `others`: the nearest ones if the match has more of them; those that it lacks are unknown.
+pub(crate) fn observed(
+    kind: ObservationKind,
+    world: &World,
+    id: RobotId,
+    others: Others,
+    memory: &Memory,
+) -> Vec<(ObservationEntry, f32)> {
+    let mut observed = Vec::new();
+    observe_into(&mut observed, kind, world, id, others, memory);
+    observed
+}
+
+fn observe_into(
+    sink: &mut impl Sink,
+    kind: ObservationKind,
+    world: &World,
+    id: RobotId,
+    others: Others,
+    memory: &Memory,
+) {
     let roster = world.resource::<Roster>();
     let Some(robot) = roster.get(id).and_then(|entity| world.get_entity(entity).ok()) else { return };
-    let others = Others::of(roster, id.team);
     let status = robot.get::<GameStatus>().copied().unwrap_or_default();
     match kind {
         ObservationKind::Perception => {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 use super::network::{Network, NetworkError, Port, Tensor};
+use crate::environment::observation::Others;
 use crate::environment::{ActionKind, ObservationKind};
 use naoisis_core::read_file::read_file;
 
@@ -33,6 +34,13 @@ pub struct PolicyLayout {
     /// Inputs and outputs that carry a recurrent state from step to step. The state of the first step is 0.
     #[serde(default)]
     pub state: Vec<StatePorts>,
+    /// The number of other robots of its team in the observation, if it is the same in all matches: the nearest ones are in it, and those
+    /// that a match lacks are unknown. Without it, the observation has those of the match. It is given together with `opponents`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub team_mates: Option<u8>,
+    /// The number of robots of the other team in the observation: see `team_mates`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opponents: Option<u8>,
     /// A note for people: how the policy was made.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
@@ -57,6 +65,13 @@ pub struct StatePorts {
     pub input: String,
     /// The name of the output.
     pub output: String,
+}
+
+impl PolicyLayout {
+    /// The other robots in the observation, if they are the same in all matches.
+    pub(super) fn others(&self) -> Option<Others> {
+        self.team_mates.zip(self.opponents).map(|(team_mates, opponents)| Others { team_mates, opponents })
+    }
 }
 
 fn three() -> u32 {
@@ -132,6 +147,18 @@ impl LoadedPolicy {
         Self::new(network, layout).map_err(|problem| PolicyError::Layout { file, problem })
     }
 
+    /// The policy in the program, which plays in teams of three.
+    pub(super) fn built_in() -> Result<Self, String> {
+        macro_rules! file {
+            ($include:ident, $name:literal) => {
+                $include!(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"), "/policies/", $name))
+            };
+        }
+        let network = Network::read(file!(include_bytes, "learned.onnx")).map_err(|error| error.to_string())?;
+        let layout = serde_json::from_str(file!(include_str, "learned.json")).map_err(|error| error.to_string())?;
+        Self::new(network, layout)
+    }
+
     /// Joins a network and its layout.
     fn new(network: Network, layout: PolicyLayout) -> Result<Self, String> {
         if layout.observation == ObservationKind::Truth {
@@ -139,6 +166,9 @@ impl LoadedPolicy {
         }
         if !(1..=MOST_CYCLES).contains(&layout.cycles_per_step) {
             return Err(format!("`cycles_per_step` is {}; expected 1 to {MOST_CYCLES}", layout.cycles_per_step));
+        }
+        if layout.team_mates.is_some() != layout.opponents.is_some() {
+            return Err("it has one of `team_mates` and `opponents`; expected both or none".to_owned());
         }
         let index = |ports: &[Port], name: &str, what: &str| {
             let names = || ports.iter().map(|port| port.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -175,6 +205,22 @@ impl LoadedPolicy {
     /// The observation has another length than the network's input, or its values cannot be computed.
     pub fn outputs(&self, observation: Vec<f32>, recurrent: &mut Vec<Vec<f32>>) -> Result<Vec<f32>, PolicyError> {
         self.run(observation, recurrent).map_err(PolicyError::Outputs)
+    }
+
+    /// Returns the outputs for several observations in one run, the same numbers as [`LoadedPolicy::outputs`] for each of them. Returns
+    /// `None` if they have to be computed one by one: the network has a state or no free number of rows, or it fails.
+    pub(super) fn outputs_of_all(&self, observations: &[&[f32]]) -> Option<Vec<Vec<f32>>> {
+        let rows = observations.len();
+        let [None, width] = self.network.inputs()[self.observation].shape[..] else { return None };
+        let length = observations.first()?.len();
+        if rows == 1 || !self.states.is_empty() || width.is_some_and(|width| width != length) {
+            return None;
+        }
+        let input = Tensor { shape: vec![rows, length], values: observations.concat() };
+        let output = self.network.run(&[input]).ok()?.swap_remove(self.action);
+        let is_of_rows = output.shape.first() == Some(&rows);
+        let length = (output.values.len() / rows).max(1);
+        is_of_rows.then(|| output.values.chunks(length).map(<[f32]>::to_vec).collect())
     }
 
     fn run(&self, observation: Vec<f32>, recurrent: &mut Vec<Vec<f32>>) -> Result<Vec<f32>, String> {

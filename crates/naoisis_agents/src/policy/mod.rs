@@ -7,6 +7,7 @@
 //! The [network] is computed with sums in a fixed order and with own functions in place of the platform's, so that a match is the same on
 //! every machine. The state of recurrent networks is a component, so that matches are saved with it.
 
+mod choice;
 mod layout;
 pub mod network;
 
@@ -14,22 +15,24 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 pub use layout::{Choice, LoadedPolicy, PolicyError, PolicyLayout, StatePorts};
 
 use crate::agents::{AgentSettings, RobotCommand, give_command};
-use crate::environment::action::{ActionKind, command};
+use crate::environment::action::command;
 use crate::environment::episode::team_message;
-use crate::environment::observation::{Memory, ObservationKind, entries, observe};
+use crate::environment::observation::{Memory, ObservationKind, Others, observed};
 use naoisis_core::behaviour::remarks::Remarks;
-use naoisis_core::behaviour::{DecideSystems, Policy, PolicyNeeds, PolicyReader};
+use naoisis_core::behaviour::{BehaviourApp, BehaviourRegistry, DecideSystems, Policy, PolicyNeeds, PolicyReader};
 use naoisis_core::cycle::Cycle;
 use naoisis_core::events::{AgentLoss, CycleEvents, MatchEvent};
+use naoisis_core::geometry::Pose;
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::random::BehaviourRandom;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::team::{RobotId, Team};
+use naoisis_sensing::belief::{Belief, SimpleBelief};
 use naoisis_sensing::sensing::odometry::Odometry;
 
 /// Lets learned policies play.
@@ -39,20 +42,50 @@ impl Plugin for PolicyPlugin {
     fn build(&self, app: &mut App) {
         let somebody_plays = |players: Query<(), With<Policy>>| !players.is_empty();
         app.register_type::<PolicyState>()
+            .register_type::<Learned>()
             .init_resource::<LoadedPolicies>()
             .insert_resource(PolicyReader(read))
-            .add_systems(Cycle, decide.run_if(somebody_plays).in_set(DecideSystems::Ask).ambiguous_with_all());
+            .add_systems(Cycle, decide.run_if(somebody_plays).in_set(DecideSystems::Ask).ambiguous_with_all())
+            .add_team(
+                LEARNED,
+                "Players with one neural network, which learned to play three against three.",
+                |_, _| LEARNED,
+            );
+        app.world_mut().get_resource_or_init::<BehaviourRegistry>().add_without_system::<Learned>(LEARNED);
     }
 }
 
-/// The policies that have been read, by their paths.
+/// The policies of files that have been read, by their paths.
 #[derive(Resource, Default)]
 struct LoadedPolicies(Mutex<BTreeMap<PathBuf, Arc<LoadedPolicy>>>);
+
+impl LoadedPolicies {
+    fn of(&self, path: &Path) -> Option<Arc<LoadedPolicy>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned()
+    }
+
+    fn insert(&self, path: PathBuf, policy: LoadedPolicy) -> Arc<LoadedPolicy> {
+        let policy = Arc::new(policy);
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(path, policy.clone());
+        policy
+    }
+}
+
+/// Marks a robot that the built-in policy plays, which has learned to play in teams of three.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[require(Belief, SimpleBelief, BehaviourRandom, Policy = Policy(LEARNED.to_owned()))]
+#[reflect(Component, @Knowledge::Belief)]
+struct Learned;
+
+/// The name of the built-in policy, in place of a path.
+const LEARNED: &str = "learned";
 
 /// What the policy of a robot keeps from cycle to cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct PolicyState {
+    /// The numbers of its last observation, by name.
+    inputs: BTreeMap<String, f32>,
     /// The odometry at the last observation.
     memory: Memory,
     /// Cycles for which the last action is still held.
@@ -65,177 +98,143 @@ pub struct PolicyState {
     has_failed: bool,
 }
 
-/// Reads the policy of a team anew, before a match begins.
+/// Reads the policy of a team again, before a match begins.
 fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, String> {
-    let path = path_of(world, team, file);
-    let policy = LoadedPolicy::read(&path).map_err(|error| error.to_string())?;
-    let needs = PolicyNeeds { belief: policy.layout.observation == ObservationKind::Belief };
-    if let Some(loaded) = world.get_resource::<LoadedPolicies>() {
-        loaded.0.lock().unwrap_or_else(PoisonError::into_inner).insert(path, Arc::new(policy));
-    }
-    Ok(needs)
+    let policy = match file {
+        LEARNED => built_in()?,
+        _ => {
+            let path = path_of(world, team, file);
+            let policy = LoadedPolicy::read(&path).map_err(|error| error.to_string())?;
+            world.resource::<LoadedPolicies>().insert(path, policy)
+        }
+    };
+    Ok(PolicyNeeds { belief: policy.layout.observation == ObservationKind::Belief })
+}
+
+/// The built-in policy.
+fn built_in() -> Result<Arc<LoadedPolicy>, String> {
+    static BUILT_IN: LazyLock<Result<Arc<LoadedPolicy>, String>> =
+        LazyLock::new(|| LoadedPolicy::built_in().map(Arc::new));
+    BUILT_IN.clone()
 }
 
 /// The path of a policy: from the folder in which the programs of the team run.
 fn path_of(world: &World, team: Team, file: &str) -> PathBuf {
     let folder = world.get_resource::<AgentSettings>().and_then(|settings| settings.folders[team].as_deref());
-    folder.map_or_else(|| PathBuf::from(file), |folder| folder.join(Path::new(file)))
+    folder.map_or_else(|| PathBuf::from(file), |folder| folder.join(file))
 }
 
 /// The policy of a robot; it is read if a match was continued in which it plays.
 fn loaded(world: &World, team: Team, file: &str) -> Result<Arc<LoadedPolicy>, String> {
+    if file == LEARNED {
+        return built_in();
+    }
     let path = path_of(world, team, file);
     let policies = world.resource::<LoadedPolicies>();
-    let find = || policies.0.lock().unwrap_or_else(PoisonError::into_inner).get(&path).cloned();
-    if let Some(policy) = find() {
-        return Ok(policy);
+    match policies.of(&path) {
+        Some(policy) => Ok(policy),
+        None => Ok(policies.insert(path.clone(), LoadedPolicy::read(&path).map_err(|error| error.to_string())?)),
     }
-    read(world, team, file)?;
-    find().ok_or_else(|| "the policy cannot be read".to_owned())
 }
 
-/// Lets the policies of all robots decide.
+/// A robot whose policy decides in this cycle.
+struct Deciding {
+    id: RobotId,
+    entity: Entity,
+    state: PolicyState,
+    observation: Vec<f32>,
+}
+
+/// Lets the policies of all robots decide. A policy that several robots share is run once for all of them.
 fn decide(world: &mut World) {
     let mut robots = world.query::<(Entity, &RobotId, &Policy)>();
     let mut robots: Vec<(RobotId, Entity, String)> =
         robots.iter(world).map(|(entity, id, policy)| (*id, entity, policy.0.clone())).collect();
     robots.sort_unstable_by_key(|(id, ..)| *id);
+    let mut deciding: BTreeMap<(Team, String), Vec<Deciding>> = BTreeMap::new();
     for (id, entity, file) in robots {
-        let mut state = world
-            .get::<PolicyState>(entity)
-            .cloned()
-            .unwrap_or_else(|| PolicyState { memory: Memory { odometry: odometry(world, entity) }, ..default() });
-        if !state.has_failed {
-            let mut random = world.get::<BehaviourRandom>(entity).cloned();
-            match step(world, id, entity, &file, &mut state, random.as_mut()) {
-                Ok((command, values)) => {
-                    // The policy's kicks are those that its robot has.
-                    let _ = give_command(world, entity, command);
-                    let mut robot = world.entity_mut(entity);
-                    if let Some(values) = values {
-                        robot.insert(Remarks { intention: None, values });
-                    }
-                    if let Some(random) = random {
-                        robot.insert(random);
-                    }
-                }
-                Err(problem) => {
-                    state.has_failed = true;
-                    let message = format!("its policy {file}: {problem}");
-                    let lost = MatchEvent::AgentLost { robot: id, reason: AgentLoss::Malformed, message };
-                    world.resource_mut::<CycleEvents>().push(lost);
-                }
-            }
+        let state = world.entity_mut(entity).take::<PolicyState>();
+        let mut state =
+            state.unwrap_or_else(|| PolicyState { memory: Memory { odometry: odometry(world, entity) }, ..default() });
+        if state.has_failed {
+            world.entity_mut(entity).insert(state);
+        } else if state.cycles_left > 0 {
+            state.cycles_left -= 1;
+            give(world, entity, RobotCommand { walk: state.walk, ..default() });
+            world.entity_mut(entity).insert(state);
+        } else {
+            let robot = Deciding { id, entity, state, observation: Vec::new() };
+            deciding.entry((id.team, file)).or_default().push(robot);
         }
-        world.entity_mut(entity).insert(state);
     }
+    for ((team, file), robots) in deciding {
+        decide_together(world, team, &file, robots);
+    }
+}
+
+/// Lets one policy decide for robots of one team.
+fn decide_together(world: &mut World, team: Team, file: &str, mut robots: Vec<Deciding>) {
+    let policy = match loaded(world, team, file) {
+        Ok(policy) => policy,
+        Err(problem) => return robots.into_iter().for_each(|robot| lose(world, file, robot, &problem)),
+    };
+    for robot in &mut robots {
+        let others = policy.layout.others().unwrap_or_else(|| Others::of(world.resource(), robot.id.team));
+        let observed = observed(policy.layout.observation, world, robot.id, others, &robot.state.memory);
+        robot.state.memory.odometry = odometry(world, robot.entity);
+        robot.observation = observed.iter().map(|(_, value)| *value).collect();
+        robot.state.inputs = observed.into_iter().map(|(entry, value)| (entry.to_string(), value)).collect();
+    }
+    let observations: Vec<&[f32]> = robots.iter().map(|robot| robot.observation.as_slice()).collect();
+    let together = policy.outputs_of_all(&observations);
+    for (index, mut robot) in robots.into_iter().enumerate() {
+        let scores = match &together {
+            Some(outputs) => Ok(outputs[index].clone()),
+            None => policy.outputs(core::mem::take(&mut robot.observation), &mut robot.state.recurrent),
+        };
+        let command = scores
+            .map_err(|error| error.to_string())
+            .and_then(|scores| act(world, &policy.layout, &mut robot, &scores).map(|command| (command, scores)));
+        match command {
+            Ok((command, scores)) => {
+                give(world, robot.entity, command);
+                let values = choice::named(policy.layout.action, &scores);
+                world.entity_mut(robot.entity).insert((Remarks { intention: None, values }, robot.state));
+            }
+            Err(problem) => lose(world, file, robot, &problem),
+        }
+    }
+}
+
+/// The command of a robot by the outputs of its policy, which is held for as many cycles as the layout says.
+fn act(world: &mut World, layout: &PolicyLayout, robot: &mut Deciding, scores: &[f32]) -> Result<RobotCommand, String> {
+    let random = world.get_mut::<BehaviourRandom>(robot.entity);
+    let action = choice::action_of(layout.action, layout.choice, scores, random.map(Mut::into_inner))?;
+    layout.action.check(&action).map_err(|error| error.to_string())?;
+    let says = layout.observation == ObservationKind::Belief;
+    let say = says.then(|| team_message(world, robot.id)).flatten();
+    let command = RobotCommand { say, ..command(layout.action, &action, world, robot.id) };
+    robot.state.cycles_left = layout.cycles_per_step - 1;
+    robot.state.walk = command.walk;
+    Ok(command)
+}
+
+/// Gives a robot the command of its policy, whose kicks are those that the robot has.
+fn give(world: &mut World, entity: Entity, command: RobotCommand) {
+    let _ = give_command(world, entity, command);
+}
+
+/// Ends the play of a robot whose policy has failed.
+fn lose(world: &mut World, file: &str, robot: Deciding, problem: &str) {
+    let message = format!("its policy {file}: {problem}");
+    let lost = MatchEvent::AgentLost { robot: robot.id, reason: AgentLoss::Malformed, message };
+    world.resource_mut::<CycleEvents>().push(lost);
+    world.entity_mut(robot.entity).insert(PolicyState { has_failed: true, ..robot.state });
 }
 
 /// The pose of a robot by its odometry.
-fn odometry(world: &World, entity: Entity) -> naoisis_core::geometry::Pose {
+fn odometry(world: &World, entity: Entity) -> Pose {
     world.get::<Odometry>(entity).map(|odometry| odometry.0).unwrap_or_default()
-}
-
-/// The command of a robot in this cycle and, if its policy has decided anew, the values of its outputs by name.
-fn step(
-    world: &World,
-    id: RobotId,
-    entity: Entity,
-    file: &str,
-    state: &mut PolicyState,
-    random: Option<&mut BehaviourRandom>,
-) -> Result<(RobotCommand, Option<BTreeMap<String, f32>>), String> {
-    if state.cycles_left > 0 {
-        state.cycles_left -= 1;
-        return Ok((RobotCommand { walk: state.walk, ..default() }, None));
-    }
-    let policy = loaded(world, id.team, file)?;
-    let PolicyLayout { observation, action, cycles_per_step, choice, .. } = policy.layout;
-    let mut observed = vec![0.0; entries(observation, world, id).len()];
-    observe(&mut observed, observation, world, id, &state.memory);
-    state.memory.odometry = odometry(world, entity);
-    let scores = policy.outputs(observed, &mut state.recurrent).map_err(|error| error.to_string())?;
-    let action_values = action_of(action, choice, &scores, random)?;
-    action.check(&action_values).map_err(|error| error.to_string())?;
-    let say = (observation == ObservationKind::Belief).then(|| team_message(world, id)).flatten();
-    let command = RobotCommand { say, ..command(action, &action_values, world, id) };
-    state.cycles_left = cycles_per_step - 1;
-    state.walk = command.walk;
-    Ok((command, Some(named(action, &scores))))
-}
-
-/// The action that follows from the outputs of a network: the outputs themselves of a continuous action; otherwise the choices, or
-/// the scores of the choices of each list one after the other.
-fn action_of(
-    kind: ActionKind,
-    choice: Choice,
-    outputs: &[f32],
-    mut random: Option<&mut BehaviourRandom>,
-) -> Result<Vec<f32>, String> {
-    if outputs.iter().any(|output| !output.is_finite()) {
-        return Err("an output is not finite".to_owned());
-    }
-    if outputs.len() == kind.len() {
-        return Ok(outputs.to_vec());
-    }
-    let names = kind.names();
-    let scores: usize = names.iter().map(Vec::len).sum();
-    if kind == ActionKind::Continuous || outputs.len() != scores {
-        let expected = match kind {
-            ActionKind::Continuous => format!("{}", kind.len()),
-            _ => format!("{scores} scores or {} choices", kind.len()),
-        };
-        return Err(format!("the action has {} numbers; expected {expected}", outputs.len()));
-    }
-    let mut rest = outputs;
-    let choices = names.iter().map(|names| {
-        let (scores, others) = rest.split_at(names.len());
-        rest = others;
-        let index = match (choice, random.as_deref_mut()) {
-            (Choice::Drawn, Some(random)) => drawn(scores, random),
-            _ => likeliest(scores),
-        };
-        index as f32
-    });
-    Ok(choices.collect())
-}
-
-/// The index of the highest score; of equal ones the first.
-fn likeliest(scores: &[f32]) -> usize {
-    (1..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best })
-}
-
-/// An index drawn with probabilities in proportion to the exponentials of the scores.
-fn drawn(scores: &[f32], random: &mut BehaviourRandom) -> usize {
-    let highest = scores[likeliest(scores)];
-    let weights: Vec<f32> = scores.iter().map(|score| network::exp(score - highest)).collect();
-    let sum = weights.iter().fold(0.0, |sum, weight| sum + weight);
-    let mut left = sum * random.uniform();
-    for (index, weight) in weights.iter().enumerate() {
-        if left < *weight {
-            return index;
-        }
-        left -= weight;
-    }
-    likeliest(scores)
-}
-
-/// The outputs by the names of the action.
-fn named(kind: ActionKind, outputs: &[f32]) -> BTreeMap<String, f32> {
-    let names = kind.names();
-    let named: Vec<String> = if kind == ActionKind::Continuous {
-        names.concat().iter().map(|name| (*name).to_owned()).collect()
-    } else if outputs.len() == kind.len() {
-        (1..=outputs.len()).map(|list| format!("choice{list}")).collect()
-    } else if names.len() == 1 {
-        names.concat().iter().map(|name| (*name).to_owned()).collect()
-    } else {
-        let of_list = |(list, names): (usize, &Vec<&str>)| {
-            names.iter().map(move |name| format!("{list}.{name}")).collect::<Vec<_>>()
-        };
-        (1..).zip(&names).flat_map(of_list).collect()
-    };
-    named.into_iter().zip(outputs.iter().copied()).collect()
 }
 
 #[cfg(test)]

@@ -1,4 +1,6 @@
+use super::choice::{action_of, named};
 use super::*;
+use crate::environment::action::ActionKind;
 
 #[test]
 fn choices_are_the_likeliest_or_drawn_by_their_scores() {
@@ -37,4 +39,18 @@ fn outputs_have_the_names_of_the_action() {
     assert_eq!(names(ActionKind::Discrete, 13).len(), 13);
     assert!(names(ActionKind::Velocities, 20).contains(&"3.turn_left".to_owned()));
     assert_eq!(names(ActionKind::Velocities, 4), ["choice1", "choice2", "choice3", "choice4"]);
+}
+
+#[test]
+fn one_run_for_several_robots_gives_the_same_numbers_as_a_run_for_each() {
+    let policy = built_in().unwrap();
+    let length = policy.network.inputs()[0].shape[1].unwrap();
+    let observations: Vec<Vec<f32>> =
+        (0..5).map(|row| (0..length).map(|index| ((row * 31 + index * 7) % 23) as f32 / 9.0 - 1.0).collect()).collect();
+    let rows: Vec<&[f32]> = observations.iter().map(Vec::as_slice).collect();
+    let together = policy.outputs_of_all(&rows).expect("it has no state");
+    for (observation, outputs) in observations.iter().zip(together) {
+        assert_eq!(policy.outputs(observation.clone(), &mut Vec::new()).unwrap(), outputs);
+    }
+    assert_eq!(policy.outputs_of_all(&rows[..1]), None);
 }

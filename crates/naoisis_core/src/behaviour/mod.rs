@@ -77,14 +77,8 @@ impl Plugin for BehaviourPlugin {
             )
             .add_systems(Cycle, script::run_scripts.in_set(DecideSystems::Script));
         let mut registry = app.world_mut().resource_mut::<BehaviourRegistry>();
-        registry.markers.insert(TypeId::of::<Idle>(), "idle".to_owned());
-        registry.markers.insert(TypeId::of::<Remote>(), REMOTE.to_owned());
-        registry.behaviours.insert("idle".to_owned(), |robot| {
-            robot.insert(Idle);
-        });
-        registry.behaviours.insert(REMOTE.to_owned(), |robot| {
-            robot.insert(Remote);
-        });
+        registry.add_without_system::<Idle>("idle");
+        registry.add_without_system::<Remote>(REMOTE);
     }
 }
 
@@ -231,6 +225,14 @@ impl BehaviourRegistry {
         self.behaviours.get(name).copied()
     }
 
+    /// Registers the behaviour `name` of all robots that carry `Marker`, for which a plugin decides.
+    pub fn add_without_system<Marker: Component + Default>(&mut self, name: &str) {
+        self.markers.insert(TypeId::of::<Marker>(), name.to_owned());
+        self.behaviours.insert(name.to_owned(), |robot| {
+            robot.insert(Marker::default());
+        });
+    }
+
     /// The index in the execution order at which `behaviour` is inserted: the last that its constraints allow.
     fn place_of(&self, behaviour: &Behaviour) -> Result<usize, Breach> {
         let after = behaviour.after.iter().map(|name| self.index_of(name)).collect::<Result<Vec<_>, _>>()?;
@@ -315,10 +317,7 @@ impl BehaviourApp for App {
             return Err(refuse(Breach::NoMarker { component }));
         }
         let place = registry.place_of(&behaviour).map_err(refuse)?;
-        registry.markers.insert(TypeId::of::<Marker>(), name.to_owned());
-        registry.behaviours.insert(name.to_owned(), |robot| {
-            robot.insert(Marker::default());
-        });
+        registry.add_without_system::<Marker>(name);
         // Behaviours write the same components of different robots. The engine cannot know that the robots differ, so behaviours need an
         // order.
         let set = BehaviourSet(registry.execution_order.len());

@@ -1,0 +1,74 @@
+"""A team of three learns to play matches, from beliefs, and is written as ONNX: ``pip install "naoisis[torch]"``, then
+``python team.py --out learned.onnx``.
+
+``learner.py`` says how it learns: in some worlds against itself, in the others against built-in teams. One network decides for each robot by
+what this robot believes. ``naoisis batch match3v3 --pairs policy:learned.onnx,roles`` measures it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import torch
+from learner import Learner, Settings, Worlds
+from networks import Sharper
+from torch import nn
+
+import naoisis
+
+# Worlds in which it plays against itself, and against the built-in teams.
+ITSELF, BUILT_IN, OPPONENTS = 24, 40, ["roles", "passers"]
+# A goal is worth more than all the way to it.
+REWARD = {"score": 2.0, "ball_to_goal": 0.3}
+# When it plays, it draws its choices from these times the scores that it learned with: less is left to chance.
+SHARPER = 1.0
+# Steps of a match of twenty minutes.
+MATCH = 12_000
+
+
+def learn(realism: str, steps: int, seed: int, out: Path) -> None:
+    """Learns for so many steps of all robots together, and writes the policy, its layout, and the curve."""
+    torch.manual_seed(seed)
+    torch.set_num_threads(1)
+    same = {"realism": realism, "reward": REWARD}
+    worlds = [
+        Worlds("match3v3", ITSELF, seed, control=["blue", "pink"], **same),
+        Worlds("match3v3", BUILT_IN, seed + 1_000_000, control=["blue"], opponents=OPPONENTS, **same),
+    ]
+    imitation = {"rounds": 120, "round_steps": 32, "round_updates": 150, "round_rows": 1024, "sharper": 3.0}
+    settings = Settings(**imitation, steps=256, epochs=2, rate=1e-4, entropy=0.0, clip=0.1, first=6)
+    learner = Learner(worlds, seed, settings)
+    begun, updates = time.monotonic(), steps // (settings.steps * sum(len(of.seen) for of in worlds))
+    curve: list[tuple[object, ...]] = [("steps", "minutes", "goals", "goals against")]
+
+    def write() -> None:
+        policy = nn.Sequential(learner.choice, Sharper(SHARPER))
+        naoisis.export_policy(
+            policy, out, worlds[1].envs, choice="drawn", note="learned by python/examples/ppo/team.py"
+        )
+        with open(out.with_suffix(".csv"), "w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows(curve)
+
+    learner.imitate()
+    write()
+    for update in range(updates):
+        batch = learner.play()
+        learner.learn(batch, 1 - update / updates, update >= settings.first)
+        if update % 10 == 9 or update == updates - 1:
+            minutes, goals = (time.monotonic() - begun) / 60, worlds[1].goals_per_match(MATCH)
+            done = (update + 1) * len(batch["seen"])
+            curve.append((done, round(minutes, 2), *goals.round(2)))
+            print(f"{minutes:6.1f} min {done:>11,} steps, goals in 20 min: {goals[0]:.2f} : {goals[1]:.2f}", flush=True)
+            write()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--realism", default="realistic", choices=["paper", "ideal", "realistic"])
+    parser.add_argument("--steps", type=int, default=3_000_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("learned.onnx"))
+    learn(**vars(parser.parse_args()))
