@@ -14,8 +14,6 @@ from pathlib import Path
 
 import torch
 from learner import Learner, Settings, Worlds
-from networks import Sharper
-from torch import nn
 
 import naoisis
 
@@ -23,8 +21,6 @@ import naoisis
 ITSELF, BUILT_IN, OPPONENTS = 24, 40, ["roles", "passers"]
 # A goal is worth more than all the way to it.
 REWARD = {"score": 2.0, "ball_to_goal": 0.3}
-# When it plays, it draws its choices from these times the scores that it learned with: less is left to chance.
-SHARPER = 1.0
 # Steps of a match of twenty minutes.
 MATCH = 12_000
 
@@ -45,10 +41,8 @@ def learn(realism: str, steps: int, seed: int, out: Path) -> None:
     curve: list[tuple[object, ...]] = [("steps", "minutes", "goals", "goals against")]
 
     def write() -> None:
-        policy = nn.Sequential(learner.choice, Sharper(SHARPER))
-        naoisis.export_policy(
-            policy, out, worlds[1].envs, choice="drawn", note="learned by python/examples/ppo/team.py"
-        )
+        note = "learned by python/examples/ppo/team.py"
+        naoisis.export_policy(learner.choice, out, worlds[1].envs, choice="drawn", note=note)
         with open(out.with_suffix(".csv"), "w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows(curve)
 

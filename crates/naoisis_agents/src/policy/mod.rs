@@ -153,7 +153,8 @@ fn decide(world: &mut World) {
     robots.sort_unstable_by_key(|(id, ..)| *id);
     let mut deciding: BTreeMap<(Team, String), Vec<Deciding>> = BTreeMap::new();
     for (id, entity, file) in robots {
-        let state = world.entity_mut(entity).take::<PolicyState>();
+        // The component stays, because robots that lose and gain one are moved in memory.
+        let state = world.get_mut::<PolicyState>(entity).map(|mut state| core::mem::take(&mut *state));
         let mut state =
             state.unwrap_or_else(|| PolicyState { memory: Memory { odometry: odometry(world, entity) }, ..default() });
         if state.has_failed {
