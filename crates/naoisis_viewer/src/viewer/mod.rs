@@ -23,9 +23,10 @@
 //! | `timeline_bar` | the bar below the match: position, events, branches |
 //! | [`pitch_frame`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and anti-aliasing |
-//! | `field` | models of carpet, lines, goals, nets |
+//! | `field` | models of carpet, lines, goals, nets and the hall |
 //! | `robot_model`, `robot_animation` | models of robots and their motion |
 //! | `ball_and_posts` | models of ball and posts |
+//! | `contact_shadows` | soft shadows below robots and balls |
 //! | [`camera`] | the camera of the window |
 //! | [`keys`], [`display_settings`] | keys; which panels are shown, and how |
 //! | [`interaction`] | dragging, turning, kicking, whistling; driving a robot |
@@ -85,6 +86,7 @@ pub mod camera_images;
 #[cfg(test)]
 mod colour_vision;
 mod command_list;
+mod contact_shadows;
 pub mod cycle_samples;
 pub mod display_settings;
 mod drawing;
@@ -180,6 +182,7 @@ impl PluginGroup for ViewerPlugins {
             .add(robot_model::RobotModelPlugin)
             .add(robot_animation::RobotAnimationPlugin)
             .add(ball_and_posts::BallAndPostsPlugin)
+            .add(contact_shadows::ContactShadowsPlugin)
             .add(camera::ViewerCameraPlugin)
             .add(keys::KeysPlugin)
             .add(interaction::InteractionPlugin)

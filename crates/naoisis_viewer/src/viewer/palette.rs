@@ -8,10 +8,10 @@ use naoisis_core::pitch::GoalColour;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::{self, Colour};
 
-/// The colour of the sky, and of fog.
+/// The colour of the light from all sides.
 pub const SKY: Color = from_appearance(colours::SKY);
-/// The floor of the hall.
-pub const FLOOR: Color = from_appearance(colours::FLOOR);
+/// The dark of the hall around the pitch, and of its haze.
+pub const HALL: Color = Color::srgb(0.125, 0.145, 0.175);
 /// Nets.
 pub const NET: Color = from_appearance(colours::NET);
 

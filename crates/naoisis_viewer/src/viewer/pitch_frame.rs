@@ -4,9 +4,10 @@
 //! posts, camera and light are its children and all use the pitch frame. `Pose` is the truth; `Transform` follows it,
 //! for display only.
 
+use bevy::camera::Exposure;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap};
 use bevy::prelude::*;
-use core::f32::consts::FRAC_PI_2;
+use core::f32::consts::{FRAC_PI_2, PI};
 
 use super::palette;
 use super::shared::DisplayFraction;
@@ -19,8 +20,11 @@ use naoisis_sim::simulation::MatchEntity;
 
 /// The greatest speed on a pitch, m/s. A larger displacement means that an object was placed.
 const FASTEST_MPS: f32 = 12.0;
-/// Half the side of the hall's floor, m.
-const FLOOR_HALF_SIDE: f32 = 600.0;
+/// The light from one side, lux, and the direction to it, m, pitch frame.
+const SUN_LUX: f32 = 4_800.0;
+const SUN_M: Vec3 = Vec3::new(-3.0, -4.0, 9.0);
+/// The light from all sides, cd/m².
+const AMBIENT: f32 = 700.0;
 
 /// Spawns the pitch root, light and sky, and makes simulated entities children of the pitch root.
 pub struct PitchFramePlugin;
@@ -28,11 +32,11 @@ pub struct PitchFramePlugin;
 impl Plugin for PitchFramePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PitchRoot>()
-            .insert_resource(ClearColor(palette::SKY))
-            .insert_resource(GlobalAmbientLight { brightness: 700.0, color: palette::SKY, ..default() })
+            .insert_resource(ClearColor(palette::HALL))
+            .insert_resource(GlobalAmbientLight { brightness: AMBIENT, color: palette::SKY, ..default() })
             .insert_resource(DirectionalLightShadowMap { size: 2048 })
             .add_observer(enter_stage)
-            .add_systems(Startup, (light_stage, lay_floor))
+            .add_systems(Startup, light_stage)
             .add_systems(
                 PostUpdate,
                 (place_entities, hide_penalised).in_set(PitchFrameSystems).before(TransformSystems::Propagate),
@@ -65,32 +69,23 @@ pub fn pitch_from_world() -> Quat {
     world_from_pitch().inverse()
 }
 
+/// Returns the colour in which flat things that face `normal` send the light back, as a multiple of their own colour, as
+/// with the light of the stage. `normal` is in the pitch frame.
+pub fn light_on(normal: Vec3) -> LinearRgba {
+    let exposure = Exposure::default().exposure();
+    let direct = SUN_LUX / PI * SUN_M.normalize().dot(normal).max(0.0);
+    let mut light = LinearRgba::from(palette::SKY) * AMBIENT + LinearRgba::WHITE * direct;
+    light *= exposure;
+    light.with_alpha(1.0)
+}
+
 fn light_stage(mut commands: Commands, root: Res<PitchRoot>) {
     let shadows = CascadeShadowConfigBuilder { num_cascades: 2, maximum_distance: 20.0, ..default() };
     commands.spawn((
         ChildOf(root.0),
-        DirectionalLight { illuminance: 4_800.0, shadow_maps_enabled: true, ..default() },
+        DirectionalLight { illuminance: SUN_LUX, shadow_maps_enabled: true, ..default() },
         shadows.build(),
-        Transform::from_xyz(-3.0, -4.0, 9.0).looking_at(Vec3::ZERO, Vec3::Z),
-    ));
-}
-
-fn lay_floor(
-    mut commands: Commands,
-    root: Res<PitchRoot>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
-    commands.spawn((
-        ChildOf(root.0),
-        Mesh3d(meshes.add(Plane3d::new(Vec3::Z, Vec2::splat(FLOOR_HALF_SIDE)))),
-        MeshMaterial3d(materials.add(StandardMaterial {
-            base_color: palette::FLOOR,
-            perceptual_roughness: 0.9,
-            reflectance: 0.1,
-            ..default()
-        })),
-        Transform::from_xyz(0.0, 0.0, -0.02),
+        Transform::from_translation(SUN_M).looking_at(Vec3::ZERO, Vec3::Z),
     ));
 }
 

@@ -24,7 +24,7 @@ pub(super) fn haze(eye: Vec3, pitch: &Pitch) -> DistanceFog {
     let corner = Vec2::new(pitch.half_length(), pitch.half_width()) + pitch.border_m;
     let farthest_m = (eye.xy().abs() + corner).extend(eye.z).length();
     let falloff = FogFalloff::Linear { start: BEGINS * farthest_m, end: HIDES * farthest_m };
-    DistanceFog { color: palette::SKY, falloff, ..default() }
+    DistanceFog { color: palette::HALL, falloff, ..default() }
 }
 
 #[cfg(test)]
