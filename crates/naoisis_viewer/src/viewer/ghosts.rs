@@ -1,21 +1,25 @@
-//! Ghosts: the robots and the ball of another branch of the match, translucent, on the same pitch at the same moment.
+//! Another branch, or the match before, at the same moment as the match that is shown: its robots and ball as translucent
+//! ghosts on the same pitch, or opaque on a pitch of its own.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::ball_and_posts::ball_mesh;
 use super::branches::Branches;
+use super::match_before::Kept;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::part_mesh::part_material;
 use super::pitch_frame::{PitchFrameSystems, PitchRoot, between, transform_of};
 use super::robot_animation::GhostBody;
 use super::robot_model::{RobotMeshes, add_limbs};
-use super::shared::{DisplayFraction, Notice};
+use super::shared::{Compare, DisplayFraction, KeysSystems, Notice, SecondPitch};
+use super::theme::minutes;
 use naoisis_core::ball::{Ball, BallPhysics};
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
@@ -26,41 +30,67 @@ const COVER: f32 = 0.38;
 /// The least distance between a ghost and the robot or ball itself, m. Nearer ghosts are hidden, because they would
 /// flicker.
 const SAME_M: f32 = 0.01;
+/// The distance between the carpets of two pitches, m.
+const BETWEEN_PITCHES_M: f32 = 1.0;
 
 /// Shows the [`Ghosts`].
 pub struct GhostsPlugin;
 
 impl Plugin for GhostsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Ghosts>().add_systems(
-            PostUpdate,
-            (
-                place_ghosts.in_set(PitchFrameSystems).before(TransformSystems::Propagate),
-                draw_names.after(OverlaySystems),
-            ),
-        );
+        app.init_resource::<Ghosts>()
+            .init_resource::<SecondPitch>()
+            .init_resource::<Kept>()
+            .init_resource::<Read>()
+            .add_message::<Compare>()
+            .add_systems(Update, compare.after(KeysSystems))
+            .add_systems(
+                PostUpdate,
+                (
+                    (end_ghosts, read_records, place_ghosts, add_ghosts)
+                        .chain()
+                        .in_set(PitchFrameSystems)
+                        .before(TransformSystems::Propagate),
+                    draw_names.after(OverlaySystems),
+                ),
+            );
     }
 }
 
-/// The branch whose ghosts are shown.
+/// The branch or match whose ghosts are shown.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Ghosts {
-    /// The index in the [`Branches`].
-    pub of: Option<usize>,
+    /// The branch or match; `None` without ghosts.
+    pub of: Option<GhostsOf>,
+    /// Whether it has a pitch of its own.
+    pub beside: bool,
     /// The number of visible ghosts.
     pub seen: usize,
 }
 
+/// A branch or match that is compared with the one that is shown.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum GhostsOf {
+    /// The index in the [`Branches`].
+    Branch(usize),
+    /// The match before this one.
+    MatchBefore,
+}
+
 /// The ghost of a robot, or of the ball.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-struct Ghost(Option<RobotId>);
+struct Ghost {
+    of: Option<RobotId>,
+    is_opaque: bool,
+}
 
-/// The records of the other branch around the moment that is shown.
-#[derive(Default)]
+/// The records of the other match around the moment that is shown, and the places in them that have no ghost yet.
+#[derive(Resource, Default)]
 struct Read {
-    of: Option<(usize, u64)>,
+    of: Option<(GhostsOf, u64)>,
     now: Option<CycleRecord>,
     before: Option<CycleRecord>,
+    missing: BTreeMap<Option<RobotId>, Place>,
 }
 
 /// The place of a ghost.
@@ -69,93 +99,176 @@ struct Place {
     body: Option<GhostBody>,
 }
 
-fn place_ghosts(
-    mut ghosts: ResMut<Ghosts>,
-    mut branches: ResMut<Branches>,
-    (clock, fraction): (Res<CycleClock>, Res<DisplayFraction>),
-    (roster, bodies, balls): (Res<Roster>, Query<(&Body, &Pose)>, Query<(&BallPhysics, &Pose), With<Ball>>),
-    mut present: Query<(Entity, &Ghost, &mut Transform, &mut Visibility, Option<&mut GhostBody>)>,
-    mut making: (
-        Local<Option<Handle<StandardMaterial>>>,
-        ResMut<RobotMeshes>,
-        ResMut<Assets<Mesh>>,
-        ResMut<Assets<StandardMaterial>>,
-    ),
-    (mut read, mut commands, root): (Local<Read>, Commands, Res<PitchRoot>),
+/// Shows another branch or match on a pitch of its own, or ends this.
+fn compare(
+    mut requests: MessageReader<Compare>,
+    (mut ghosts, branches, kept): (ResMut<Ghosts>, Res<Branches>, Res<Kept>),
+    (pitch, clock): (Res<Pitch>, Res<CycleClock>),
     mut notice: ResMut<Notice>,
 ) {
-    let is_other = |index: &usize| *index < branches.list().len() && *index != branches.shown();
-    let Some(index) = ghosts.of.filter(is_other) else {
-        if !present.is_empty() || ghosts.of.is_some() || ghosts.seen > 0 {
-            present.iter().for_each(|(entity, ..)| commands.entity(entity).despawn());
-            *ghosts = Ghosts::default();
+    if requests.read().count() == 0 {
+        return;
+    }
+    if ghosts.beside {
+        *ghosts = Ghosts::default();
+        return;
+    }
+    let before = kept.stage().map(|(name, stage)| {
+        let is_same_stage = stage.pitch == *pitch && (stage.period_s - clock.period_s).abs() < 1e-9;
+        (is_same_stage, name)
+    });
+    match other(ghosts.of, &branches, before.map(|(is_same_stage, _)| is_same_stage)) {
+        Ok(of) => {
+            *ghosts = Ghosts { of: Some(of), beside: true, seen: 0 };
+            let name = match (of, before) {
+                (GhostsOf::MatchBefore, Some((_, name))) => name,
+                (GhostsOf::Branch(index), _) => branches.list().get(index).map_or("", |branch| &branch.name),
+                _ => "",
+            };
+            notice.tell(format!("Behind this match, at the same time: {name}. A: ends it"));
+        }
+        Err(message) => notice.tell(message),
+    }
+}
+
+/// Chooses what to compare the match with: the one that has ghosts, or else the match before, or else the last other
+/// branch. `before` is whether there is a match before, and whether it was played on the same pitch with the same cycle.
+fn other(ghosts: Option<GhostsOf>, branches: &Branches, before: Option<bool>) -> Result<GhostsOf, &'static str> {
+    let branch = (0..branches.list().len()).rev().find(|index| *index != branches.shown()).map(GhostsOf::Branch);
+    let before_if_same = (before == Some(true)).then_some(GhostsOf::MatchBefore);
+    ghosts.or(before_if_same).or(branch).ok_or(match before {
+        Some(_) => "The match before this one was played on another pitch, or with cycles of another length",
+        None => "There is nothing to compare with: branch this match (F), or open another one; the match before is then shown, too",
+    })
+}
+
+/// Ends ghosts whose branch or match is no longer there or is the one that is shown, and moves the second pitch.
+fn end_ghosts(
+    mut ghosts: ResMut<Ghosts>,
+    (branches, kept, pitch): (Res<Branches>, Res<Kept>, Res<Pitch>),
+    present: Query<(Entity, &Ghost)>,
+    (mut second, mut read): (ResMut<SecondPitch>, ResMut<Read>),
+    mut commands: Commands,
+) {
+    let is_there = match ghosts.of {
+        Some(GhostsOf::Branch(index)) => index < branches.list().len() && index != branches.shown(),
+        Some(GhostsOf::MatchBefore) => kept.stage().is_some_and(|(_, stage)| stage.pitch == *pitch),
+        None => false,
+    };
+    if !is_there {
+        ghosts.set_if_neq(Ghosts::default());
+        if read.of.is_some() {
             *read = Read::default();
         }
-        return;
-    };
-    let cycle = clock.cycle;
-    if read.of != Some((index, cycle)) {
-        if read.of.is_none_or(|(of, _)| of != index) {
-            let common = branches.common(index, branches.shown());
-            if cycle <= common {
-                notice
-                    .tell(format!("Ghosts: both branches are the same until {:.1} s", common as f64 * clock.period_s));
-            }
-        }
-        let before = cycle.checked_sub(1).and_then(|before| branches.bypass_change_detection().record(index, before));
-        let now = branches.bypass_change_detection().record(index, cycle).filter(|record| record.cycle == cycle);
-        *read = Read { of: Some((index, cycle)), now, before };
     }
-    let wanted = read.now.as_ref().map(|now| places(now, read.before.as_ref(), fraction.0, &clock)).unwrap_or_default();
-    let real = |who: Option<RobotId>| match who {
-        Some(id) => roster.get(id).and_then(|robot| bodies.get(robot).ok()).map(|(_, pose)| *pose),
-        None => balls.iter().next().map(|(_, pose)| *pose),
+    let distance_m = 2.0 * pitch.carpet_half_extents().y + BETWEEN_PITCHES_M;
+    second.set_if_neq(SecondPitch(ghosts.beside.then_some(distance_m)));
+    for (entity, _) in present.iter().filter(|(_, ghost)| ghosts.of.is_none() || ghost.is_opaque != ghosts.beside) {
+        commands.entity(entity).despawn();
+    }
+}
+
+/// Reads the records of the other match for the moment that is shown.
+fn read_records(
+    ghosts: Res<Ghosts>,
+    (mut branches, mut kept): (ResMut<Branches>, ResMut<Kept>),
+    (clock, fraction): (Res<CycleClock>, Res<DisplayFraction>),
+    mut read: ResMut<Read>,
+    mut notice: ResMut<Notice>,
+) {
+    let Some(of) = ghosts.of else { return };
+    let last = match of {
+        GhostsOf::Branch(index) => branches.list().get(index).map(|branch| branch.last_cycle),
+        GhostsOf::MatchBefore => kept.last_cycle(),
     };
-    let mut missing: BTreeMap<Option<RobotId>, Place> = wanted;
+    // On a pitch of its own, a match that has ended stands at its end.
+    let cycle = if ghosts.beside { clock.cycle.min(last.unwrap_or_default()) } else { clock.cycle };
+    if read.of != Some((of, cycle)) {
+        if let GhostsOf::Branch(index) = of
+            && read.of.is_none_or(|(before, _)| before != of)
+            && cycle <= branches.common(index, branches.shown())
+        {
+            let common_s = branches.common(index, branches.shown()) as f64 * clock.period_s;
+            notice.tell(format!("Ghosts: both branches are the same until {common_s:.1} s"));
+        }
+        let mut record = |cycle| match of {
+            GhostsOf::Branch(index) => branches.bypass_change_detection().record(index, cycle),
+            GhostsOf::MatchBefore => kept.bypass_change_detection().record(cycle),
+        };
+        let before = cycle.checked_sub(1).and_then(&mut record);
+        let now = record(cycle).filter(|record| record.cycle == cycle);
+        *read = Read { of: Some((of, cycle)), now, before, ..default() };
+    }
+    let places = |now| places(now, read.before.as_ref(), fraction.0, &clock);
+    read.missing = read.now.as_ref().map(places).unwrap_or_default();
+}
+
+/// Moves the ghosts that are there.
+fn place_ghosts(
+    (mut ghosts, second, mut read): (ResMut<Ghosts>, Res<SecondPitch>, ResMut<Read>),
+    (roster, poses, balls): (Res<Roster>, Query<&Pose>, Query<&Pose, With<Ball>>),
+    mut present: Query<(&Ghost, &mut Transform, &mut Visibility, Option<&mut GhostBody>)>,
+) {
+    let real = |of: Option<RobotId>| match of {
+        Some(id) => roster.get(id).and_then(|robot| poses.get(robot).ok()).copied(),
+        None => balls.iter().next().copied(),
+    };
     let mut seen = 0;
-    for (entity, ghost, mut transform, mut visibility, body) in &mut present {
-        let Some(place) = missing.remove(&ghost.0) else {
+    for (ghost, mut transform, mut visibility, body) in &mut present {
+        let Some(place) = read.missing.remove(&ghost.of) else {
             visibility.set_if_neq(Visibility::Hidden);
-            if ghost.0.is_some_and(|id| roster.get(id).is_none()) {
-                commands.entity(entity).despawn();
-            }
             continue;
         };
-        let is_same = real(ghost.0).is_some_and(|real| real.position.distance(place.pose.position) < SAME_M);
+        let is_near = |real: Pose| real.position.distance(place.pose.position) < SAME_M;
+        let is_same = second.0.is_none() && real(ghost.of).is_some_and(is_near);
         visibility.set_if_neq(if is_same { Visibility::Hidden } else { Visibility::Inherited });
         seen += usize::from(!is_same);
-        transform.set_if_neq(transform_of(place.pose));
+        let mut shown = transform_of(place.pose);
+        shown.translation.y += second.0.unwrap_or_default();
+        transform.set_if_neq(shown);
         if let (Some(mut body), Some(new)) = (body, place.body) {
             body.update(new);
         }
     }
     ghosts.set_if_neq(Ghosts { seen, ..*ghosts });
-    let (material, robot_meshes, meshes, materials) = &mut making;
-    for (who, place) in missing {
-        let root = (ChildOf(root.0), Ghost(who), transform_of(place.pose), Visibility::Hidden);
-        let entity = commands.spawn(root).id();
-        let translucent = |colour: Color, materials: &mut Assets<StandardMaterial>| {
-            materials.add(StandardMaterial {
-                base_color: colour.with_alpha(COVER),
-                alpha_mode: AlphaMode::Blend,
-                ..part_material()
-            })
+}
+
+/// Adds the ghosts that are not there yet.
+fn add_ghosts(
+    (ghosts, kept, mut read, root): (Res<Ghosts>, Res<Kept>, ResMut<Read>, Res<PitchRoot>),
+    (roster, bodies, balls): (Res<Roster>, Query<&Body>, Query<&BallPhysics>),
+    mut translucent: Local<Option<Handle<StandardMaterial>>>,
+    mut robot_meshes: ResMut<RobotMeshes>,
+    (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
+    mut commands: Commands,
+) {
+    for (of, place) in core::mem::take(&mut read.missing) {
+        let is_opaque = ghosts.beside;
+        let ghost = Ghost { of, is_opaque };
+        let entity = commands.spawn((ChildOf(root.0), ghost, transform_of(place.pose), Visibility::Hidden)).id();
+        let material = if is_opaque {
+            None
+        } else {
+            let make = || {
+                materials.add(StandardMaterial {
+                    base_color: Color::WHITE.with_alpha(COVER),
+                    alpha_mode: AlphaMode::Blend,
+                    ..part_material()
+                })
+            };
+            Some(translucent.get_or_insert_with(make).clone())
         };
-        match (who, place.body) {
-            (Some(id), Some(ghost_body)) => {
-                let material = material.get_or_insert_with(|| translucent(Color::WHITE, materials)).clone();
-                let body = roster
-                    .get(id)
-                    .and_then(|robot| bodies.get(robot).ok())
-                    .map_or_else(Body::default, |(body, _)| *body);
-                commands.entity(entity).insert(ghost_body.with_body(body));
-                add_limbs(entity, (id, &body), Some(material), robot_meshes, meshes, &mut commands);
-            }
-            _ => {
-                let physics = balls.iter().next().map(|(physics, _)| *physics).unwrap_or_default();
-                let ball = ball_mesh(&physics, meshes);
-                commands.spawn((ChildOf(entity), ball, MeshMaterial3d(translucent(Color::WHITE, materials))));
-            }
+        if let (Some(id), Some(ghost_body)) = (of, place.body) {
+            let here = || roster.get(id).and_then(|robot| bodies.get(robot).ok()).copied();
+            let there = kept.stage().filter(|_| ghosts.of == Some(GhostsOf::MatchBefore));
+            let there = there.and_then(|(_, stage)| stage.bodies.get(&id).copied());
+            let body = there.or_else(here).unwrap_or_default();
+            commands.entity(entity).insert(ghost_body.with_body(body));
+            add_limbs(entity, (id, &body), material, &mut robot_meshes, &mut meshes, &mut commands);
+        } else {
+            let physics = balls.iter().next().copied().unwrap_or_default();
+            let material = material.unwrap_or_else(|| materials.add(part_material()));
+            commands.spawn((ChildOf(entity), ball_mesh(&physics, &mut meshes), MeshMaterial3d(material)));
         }
     }
 }
@@ -185,18 +298,29 @@ fn places(
     places
 }
 
-/// Draws the names of the ghosts.
-fn draw_names(ghosts: Query<(&Ghost, &Transform, &Visibility)>, mut brush: Brush) {
+/// Draws the names of the ghosts, and the score above a second pitch.
+fn draw_names(
+    ghosts: Query<(&Ghost, &Transform, &Visibility)>,
+    (second, read, pitch): (Res<SecondPitch>, Res<Read>, Res<Pitch>),
+    mut brush: Brush,
+) {
+    let white = palette::ink(DrawColour::White);
     for (ghost, transform, visibility) in &ghosts {
-        if let (Some(id), true) = (ghost.0, *visibility != Visibility::Hidden) {
+        if let (Some(id), true) = (ghost.of, *visibility != Visibility::Hidden) {
             let place = transform.translation.truncate();
-            brush.circle(place, 0.14, palette::ink(DrawColour::White).with_alpha(0.5));
-            brush.words(
-                place + Vec2::Y * 0.22,
-                format!("{id}, ghost"),
-                palette::ink(DrawColour::White).with_alpha(0.8),
-            );
+            if ghost.is_opaque {
+                brush.words(place + Vec2::Y * 0.22, id.to_string(), white.with_alpha(0.8));
+                continue;
+            }
+            brush.circle(place, 0.14, white.with_alpha(0.5));
+            brush.words(place + Vec2::Y * 0.22, format!("{id}, ghost"), white.with_alpha(0.8));
         }
+    }
+    if let (Some(distance_m), Some(record)) = (second.0, &read.now) {
+        let score = &record.game.score;
+        let above = Vec2::new(0.0, distance_m + pitch.carpet_half_extents().y);
+        let at = minutes(record.time_s as f32);
+        brush.words(above, format!("the other match, {at}: {} : {}", score.blue, score.pink), white);
     }
 }
 
@@ -205,6 +329,15 @@ mod tests {
     use super::*;
     use naoisis_core::team::Team;
     use naoisis_sim::interface::cycle_record::{BallRecord, PenaltyRecord, RobotRecord};
+
+    #[test]
+    fn the_match_is_compared_with_what_has_ghosts_or_with_the_match_before() {
+        let none = Branches::default();
+        assert_eq!(other(None, &none, Some(true)), Ok(GhostsOf::MatchBefore));
+        assert_eq!(other(Some(GhostsOf::Branch(2)), &none, Some(true)), Ok(GhostsOf::Branch(2)));
+        assert!(other(None, &none, Some(false)).unwrap_err().contains("another pitch"));
+        assert!(other(None, &none, None).unwrap_err().contains("nothing to compare"));
+    }
 
     #[test]
     fn ghosts_are_between_two_records_and_penalised_robots_have_none() {

@@ -11,8 +11,8 @@ use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
 use super::interaction::driving::Driving;
 use super::shared::{
-    Action, CameraSystems, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share, TeachAction,
-    TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
+    Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share,
+    TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
 };
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::CycleClock;
@@ -96,6 +96,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F5, "F5", "Through its first camera", Action::View(ViewPreset::RobotCamera(CameraName::TOP))),
     binding(KeyCode::F6, "F6", "Through its last camera", Action::View(ViewPreset::RobotCamera(CameraName::BOTTOM))),
     binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
+    binding(KeyCode::KeyA, "A", "Another match beside this one", Action::Compare),
     binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(SelectionCommand::Next)),
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(SelectionCommand::Previous))),
     binding(KeyCode::Escape, "Esc", "No robot", Action::Select(SelectionCommand::Nobody)),
@@ -194,7 +195,7 @@ fn group_of(action: Action) -> &'static str {
         Action::Hand(_) => "By hand",
         Action::Teach(_) => "Presenting",
         Action::Select(_) => "Robots",
-        Action::View(_) => "View",
+        Action::View(_) | Action::Compare => "View",
         Action::Toggle(_) | Action::ScalePanels(_) | Action::Workspace(_) | Action::NextWorkspace(_) => "Panels",
         Action::Screenshot | Action::Film(_) | Action::Share(_) => "Sharing",
     }
@@ -257,7 +258,7 @@ fn carry_out(
     mut actions: MessageReader<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,
     (mut moments, mut events): (MessageWriter<TimelineCommand>, MessageWriter<FindEvent>),
-    mut ways: MessageWriter<BranchCommand>,
+    (mut ways, mut comparisons): (MessageWriter<BranchCommand>, MessageWriter<Compare>),
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<SelectionCommand>,
     mut films: MessageWriter<ToggleFilm>,
@@ -280,6 +281,9 @@ fn carry_out(
             }
             Action::PlayFromHere => {
                 ways.write(BranchCommand::PlayFromHere);
+            }
+            Action::Compare => {
+                comparisons.write(Compare);
             }
             Action::View(preset) => {
                 views.write(preset);

@@ -2,6 +2,7 @@
 //! past, its branches and its bookmarks, and can be shown again.
 
 use bevy::prelude::*;
+use std::collections::BTreeMap;
 
 use super::branches::{self, Branches, Place};
 use super::drive::{self, PlayedFile};
@@ -13,6 +14,11 @@ use super::teach::bookmarks::Bookmarks;
 use super::theme::minutes;
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::body::Body;
+use naoisis_core::team::RobotId;
+use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
 /// The shortest match that is kept although nobody has worked on it, s.
@@ -36,7 +42,47 @@ fn is_wanted(mut commands: MessageReader<ViewerCommand>) -> bool {
 
 /// The match before the one that is shown. [`MatchBefore`] has its name.
 #[derive(Resource, Debug, Default)]
-struct Kept(Option<Box<Before>>);
+pub(super) struct Kept(Option<Box<Before>>);
+
+impl Kept {
+    /// Returns the name and the stage of the match.
+    pub fn stage(&self) -> Option<(&str, &Stage)> {
+        self.0.as_ref().map(|before| (before.name.as_str(), &before.stage))
+    }
+
+    /// Returns the last cycle of the branch that was shown.
+    pub fn last_cycle(&self) -> Option<u64> {
+        let branches = &self.0.as_ref()?.branches;
+        branches.list().get(branches.shown()).map(|branch| branch.last_cycle)
+    }
+
+    /// Returns the record of a cycle of the branch that was shown, if it has this cycle.
+    pub fn record(&mut self, cycle: u64) -> Option<CycleRecord> {
+        let before = self.0.as_mut()?;
+        before.branches.record(before.branches.shown(), cycle)
+    }
+}
+
+/// What records of a match leave out, and what is needed to draw them.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Stage {
+    /// The pitch.
+    pub pitch: Pitch,
+    /// The duration of a cycle, s.
+    pub period_s: f64,
+    /// The bodies of the robots.
+    pub bodies: BTreeMap<RobotId, Body>,
+}
+
+impl Stage {
+    fn of(world: &mut World) -> Stage {
+        let pitch = world.get_resource::<Pitch>().cloned().unwrap_or_default();
+        let period_s = world.resource::<CycleClock>().period_s;
+        let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
+        let body = |(id, entity)| world.get::<Body>(entity).map(|body| (id, *body));
+        Stage { pitch, period_s, bodies: robots.into_iter().filter_map(body).collect() }
+    }
+}
 
 /// A match that was left, with everything that belongs to it.
 #[derive(Debug)]
@@ -44,6 +90,7 @@ struct Before {
     name: String,
     /// Whether it has more than the same match would have if it were played again.
     is_worked_on: bool,
+    stage: Stage,
     branches: Branches,
     bookmarks: Bookmarks,
     played: PlayedFile,
@@ -56,6 +103,7 @@ struct Before {
 struct Leaving {
     name: String,
     is_worked_on: bool,
+    stage: Stage,
     place: Place,
 }
 
@@ -87,7 +135,7 @@ fn leaving(world: &mut World) -> Result<Leaving, String> {
     let scenario = world.get_resource::<Scenario>().map(|scenario| scenario.name.as_str()).unwrap_or_default();
     let scenario = if scenario.is_empty() { "a match" } else { scenario };
     let name = format!("{scenario} at {}", minutes(world.resource::<CycleClock>().end_time_s() as f32));
-    Ok(Leaving { name, is_worked_on: is_worked_on(world), place: Place::of(world)? })
+    Ok(Leaving { name, is_worked_on: is_worked_on(world), stage: Stage::of(world), place: Place::of(world)? })
 }
 
 /// Keeps the match that was left. Another one is in the world already, but not yet its past.
@@ -106,7 +154,7 @@ fn store(world: &mut World, before: Before) {
 
 /// Takes everything of the match that was left out of the world.
 fn take(world: &mut World, leaving: Leaving) -> Before {
-    let Leaving { name, is_worked_on, place } = leaving;
+    let Leaving { name, is_worked_on, stage, place } = leaving;
     branches::put_aside(world, place);
     fn of<R: Resource + Clone + Default>(world: &World) -> R {
         world.get_resource::<R>().cloned().unwrap_or_default()
@@ -114,6 +162,7 @@ fn take(world: &mut World, leaving: Leaving) -> Before {
     Before {
         name,
         is_worked_on,
+        stage,
         branches: core::mem::take(&mut *world.resource_mut::<Branches>()),
         bookmarks: of(world),
         played: of(world),
@@ -228,6 +277,15 @@ mod tests {
         let others = MatchCommand::Teams(Box::new(TeamsSpec::new("chasers", "chasers")));
         send(&mut app, others);
         assert_eq!(branches(&app), [1, 0]);
+        // It can be compared with the one that is shown, cycle by cycle.
+        let mut kept = app.world_mut().resource_mut::<Kept>();
+        assert_eq!(
+            kept.stage().map(|(_, stage)| (stage.pitch == Pitch::default(), stage.bodies.len())),
+            Some((true, 6))
+        );
+        let last = kept.record(branch).unwrap();
+        assert_eq!(kept.last_cycle(), Some(branch));
+        assert_eq!((last.cycle, last.robots.len(), kept.record(branch + 1)), (branch, 6, None));
         send(&mut app, ViewerCommand::Restart);
         send(&mut app, ViewerCommand::Load("match7v7"));
         send(&mut app, ViewerCommand::MatchBefore);

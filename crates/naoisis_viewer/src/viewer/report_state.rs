@@ -32,7 +32,7 @@
 //! | `bookmarks` | the number of bookmarks, and the one that is shown |
 //! | `plots` | the numbers of plotted fields and of curves |
 //! | `events` | the numbers of listed and of hidden events |
-//! | `ghosts` | the branch that is shown as ghosts, and the number of ghosts; null otherwise |
+//! | `ghosts` | the branch whose ghosts are shown (null for the match before), the number of ghosts, and whether they have a pitch of their own; null without ghosts |
 //! | `undo` | the numbers of steps to undo and to redo |
 //! | `widgets` | the widgets of the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
@@ -51,7 +51,7 @@ use super::display_settings::{DisplaySettings, Workspace};
 use super::event_filter::ListedEvents;
 use super::events_panel::ShownEvent;
 use super::film::Filming;
-use super::ghosts::Ghosts;
+use super::ghosts::{Ghosts, GhostsOf};
 use super::interaction::MouseDrag;
 use super::interaction::driving::Driving;
 use super::interaction::undo::Undo;
@@ -230,7 +230,11 @@ impl Reported<'_, '_> {
         let (plots, listed, ghosts, undo) = &self.looked;
         state["plots"] = json!(plots.counts());
         state["events"] = json!([listed.entries.len(), listed.hidden]);
-        state["ghosts"] = json!(ghosts.of.map(|of| [of, ghosts.seen]));
+        state["ghosts"] = match ghosts.of {
+            Some(GhostsOf::Branch(index)) => json!([index, ghosts.seen, ghosts.beside]),
+            Some(GhostsOf::MatchBefore) => json!([null, ghosts.seen, ghosts.beside]),
+            None => json!(null),
+        };
         state["undo"] = json!(undo.counts());
         state["control"] = self.keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight]).into();
         state

@@ -32,6 +32,8 @@ pub enum Action {
     Timeline(TimelineCommand),
     /// Plays on from the moment that is shown, as a new branch.
     PlayFromHere,
+    /// Shows another branch or match beside this one.
+    Compare,
     /// Jumps to another event.
     Find(FindEvent),
     /// Changes the view.
@@ -322,6 +324,14 @@ impl Notice {
 /// Whether only the world of the selected robot is shown, as it believes it to be.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct RobotsWorld(pub bool);
+
+/// The distance in +y at which another match is drawn on a pitch of its own, m; `None` if there is no such pitch.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct SecondPitch(pub Option<f32>);
+
+/// Asks for another branch or match on a pitch of its own, beside the match that is shown, or ends this.
+#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Compare;
 
 /// Returns whether the truth is shown.
 pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {

@@ -6,7 +6,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::branches::{BranchCommand, Branches};
 use super::display_settings::Switch;
-use super::ghosts::Ghosts;
+use super::ghosts::{Ghosts, GhostsOf};
 use super::layout::{self, LayoutSystems};
 use super::shared::{Action, Playback, TimelineCommand};
 use super::theme::{bright, dim, minutes, problem_colour, team_colour};
@@ -104,11 +104,14 @@ fn show_bar(
         });
         if branches.list().len() > 1
             && let Some(command) =
-                show_branches(ui, (&branches, ghosts.of), end, bar.inner, |cycle| share(cycle as f64, first, last))
+                show_branches(ui, (&branches, *ghosts), end, bar.inner, |cycle| share(cycle as f64, first, last))
         {
             match command {
                 Clicked::Branch(index) => drop(ways.write(BranchCommand::Show(index))),
-                Clicked::Ghosts(index) => ghosts.of = (ghosts.of != Some(index)).then_some(index),
+                Clicked::Ghosts(index) => {
+                    let of = Some(GhostsOf::Branch(index));
+                    *ghosts = Ghosts { of: of.filter(|_| ghosts.of != of), ..default() };
+                }
             }
         }
     });
@@ -126,7 +129,7 @@ enum Clicked {
 /// Shows the tree of branches, one line for each below the bar. Returns what was clicked.
 fn show_branches(
     ui: &mut egui::Ui,
-    (branches, ghosts): (&Branches, Option<usize>),
+    (branches, ghosts): (&Branches, Ghosts),
     end: u64,
     bar: Rangef,
     share: impl Fn(u64) -> f32,
@@ -173,7 +176,7 @@ fn show_branches(
         }
         let place = egui::Rect::from_min_size(row.right_top() + egui::vec2(END, 0.0), egui::vec2(WORD, BRANCH_HEIGHT));
         let response = ui.interact(place, ui.id().with(("ghosts", index)), Sense::click());
-        let is_on = ghosts == Some(index);
+        let is_on = ghosts.of == Some(GhostsOf::Branch(index));
         let named = || WidgetInfo::selected(egui::WidgetType::Checkbox, true, is_on, format!("Ghosts of {name}"));
         response.widget_info(named);
         let strong = ui.visuals().strong_text_color();
@@ -187,7 +190,10 @@ fn show_branches(
         let font = egui::FontId::proportional(BRANCH_HEIGHT - 1.0);
         let beside = disc + egui::vec2(7.0, 0.0);
         ui.painter().text(beside, egui::Align2::LEFT_CENTER, "ghosts", font, colour);
-        if response.on_hover_text("Shows its robots and ball, translucent, at the same moment").clicked() {
+        if response
+            .on_hover_text("Shows its robots and ball, translucent, at the same moment; A: on a pitch of its own")
+            .clicked()
+        {
             clicked = Some(Clicked::Ghosts(index));
         }
     }

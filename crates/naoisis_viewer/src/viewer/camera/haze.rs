@@ -4,6 +4,7 @@ use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
 
 use super::super::palette;
+use super::super::shared::SecondPitch;
 use super::ViewerCamera;
 use naoisis_core::pitch::Pitch;
 
@@ -12,16 +13,19 @@ const BEGINS: f32 = 1.2;
 const HIDES: f32 = 4.0;
 
 /// Moves the haze with the camera.
-pub(super) fn thin_haze(pitch: Res<Pitch>, camera: Single<(Ref<Transform>, &mut DistanceFog), With<ViewerCamera>>) {
+pub(super) fn thin_haze(
+    (pitch, second): (Res<Pitch>, Res<SecondPitch>),
+    camera: Single<(Ref<Transform>, &mut DistanceFog), With<ViewerCamera>>,
+) {
     let (place, mut fog) = camera.into_inner();
-    if place.is_changed() || pitch.is_changed() {
-        *fog = haze(place.translation, &pitch);
+    if place.is_changed() || pitch.is_changed() || second.is_changed() {
+        *fog = haze(place.translation, &pitch, second.0.unwrap_or_default());
     }
 }
 
-/// Returns the haze for a camera at `eye`, m, pitch frame.
-pub(super) fn haze(eye: Vec3, pitch: &Pitch) -> DistanceFog {
-    let corner = Vec2::new(pitch.half_length(), pitch.half_width()) + pitch.border_m;
+/// Returns the haze for a camera at `eye`, m, pitch frame, and a second pitch `second_m` further in +y.
+pub(super) fn haze(eye: Vec3, pitch: &Pitch, second_m: f32) -> DistanceFog {
+    let corner = Vec2::new(pitch.half_length(), pitch.half_width() + second_m) + pitch.border_m;
     let farthest_m = (eye.xy().abs() + corner).extend(eye.z).length();
     let falloff = FogFalloff::Linear { start: BEGINS * farthest_m, end: HIDES * farthest_m };
     DistanceFog { color: palette::HALL, falloff, ..default() }
@@ -41,7 +45,7 @@ mod tests {
                 .flat_map(|view| [0.3, 1.0, 3.0].map(|aspect| Viewpoint::of_pitch(view, &pitch, aspect)));
             let from_a_corner = Viewpoint { distance: 40.0, ..Viewpoint::of_ball(Vec2::new(-11.0, -7.0)) };
             for view in whole.chain([from_a_corner]) {
-                let FogFalloff::Linear { start, end } = haze(view.eye(), &pitch).falloff else { panic!("linear") };
+                let FogFalloff::Linear { start, end } = haze(view.eye(), &pitch, 0.0).falloff else { panic!("linear") };
                 assert!(start < end);
                 for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
                     let corner = Vec2::new(x * pitch.half_length(), y * pitch.half_width());

@@ -15,7 +15,7 @@ pub mod viewpoint;
 use super::layout::{FreeArea, mouse_is_for_match};
 use super::pitch_frame::{PitchFrameSystems, PitchRoot, pose_of};
 use super::robot_model::RobotLimbs;
-use super::shared::{CameraSystems, RobotsWorld, Selection, SelectionSystems, ViewPreset};
+use super::shared::{CameraSystems, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset};
 use free_area::AreaPerspective;
 use naoisis_core::ball::Ball;
 use naoisis_core::camera_model::{CameraMount, CameraName, CameraView};
@@ -47,6 +47,7 @@ impl Plugin for ViewerCameraPlugin {
     fn build(&self, app: &mut App) {
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
+            .init_resource::<SecondPitch>()
             // The panels must not be drawn in the images of the robots' cameras.
             .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
             .add_systems(Startup, spawn_camera)
@@ -122,7 +123,7 @@ fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>,
         Projection::custom(perspective),
         // The one that needs no look-up table and keeps colours.
         Tonemapping::KhronosPbrNeutral,
-        haze::haze(view.eye(), &pitch),
+        haze::haze(view.eye(), &pitch, 0.0),
         ViewerCamera { current: view, wanted: view, mode: CameraMode::Pitch(Overview::Broadcast) },
         view.transform(),
     ));
@@ -136,22 +137,30 @@ fn size_of(window: Query<&Window>) -> Vec2 {
 /// Moves the camera back when a panel opens, so that the same things stay in view.
 fn make_room(
     free: Res<FreeArea>,
-    pitch: Res<Pitch>,
+    (pitch, second): (Res<Pitch>, Res<SecondPitch>),
     window: Query<&Window>,
     mut camera: Single<&mut ViewerCamera>,
     mut before: Local<Option<f32>>,
 ) {
     let now = free.aspect(size_of(window));
-    if *before == Some(now) && !pitch.is_changed() {
+    if *before == Some(now) && !pitch.is_changed() && !second.is_changed() {
         return;
+    }
+    if second.is_changed() && second.0.is_some() && !matches!(camera.mode, CameraMode::Pitch(_)) {
+        camera.mode = CameraMode::Pitch(Overview::Broadcast);
     }
     let factor = before.map_or(1.0, |before| room_for_views(before) / room_for_views(now));
     *before = Some(now);
     match camera.mode {
-        CameraMode::Pitch(overview) => camera.wanted = Viewpoint::of_pitch(overview, &pitch, now),
+        CameraMode::Pitch(overview) => camera.wanted = whole(overview, &pitch, *second, now),
         CameraMode::Orbit => camera.wanted = camera.wanted.farther(factor),
         _ => {}
     }
+}
+
+/// A view of the whole pitch, and of the second one if there is one.
+fn whole(overview: Overview, pitch: &Pitch, second: SecondPitch, aspect: f32) -> Viewpoint {
+    Viewpoint::of_pitches(overview, pitch, second.0.unwrap_or_default(), aspect)
 }
 
 /// The factor of the distance for an area of this aspect: larger for narrow areas.
@@ -163,7 +172,7 @@ fn room_for_views(aspect: f32) -> f32 {
 
 fn choose_view(
     mut presets: MessageReader<ViewPreset>,
-    pitch: Res<Pitch>,
+    (pitch, second): (Res<Pitch>, Res<SecondPitch>),
     window: Query<&Window>,
     roster: Res<Roster>,
     mut selection: ResMut<Selection>,
@@ -173,7 +182,7 @@ fn choose_view(
     mut camera: Single<&mut ViewerCamera>,
 ) {
     let aspect = free.aspect(size_of(window));
-    let whole = |overview| (Viewpoint::of_pitch(overview, &pitch, aspect), CameraMode::Pitch(overview));
+    let whole = |overview| (whole(overview, &pitch, *second, aspect), CameraMode::Pitch(overview));
     for preset in presets.read() {
         if matches!(preset, ViewPreset::FollowRobot | ViewPreset::RobotCamera(_)) && selection.0.is_none() {
             selection.0 = roster.iter().next().map(|(id, _)| id);

@@ -68,6 +68,11 @@ impl Viewpoint {
 
     /// A view of the whole pitch, as large as it fits into an area with this `aspect` (width by height).
     pub fn of_pitch(preset: Overview, pitch: &Pitch, aspect: f32) -> Self {
+        Self::of_pitches(preset, pitch, 0.0, aspect)
+    }
+
+    /// A view like [`Viewpoint::of_pitch`] of the pitch and of a second one of the same size, `second_m` further in +y.
+    pub fn of_pitches(preset: Overview, pitch: &Pitch, second_m: f32, aspect: f32) -> Self {
         /// The height of what stands on the pitch, m.
         const ROBOTS_M: f32 = 0.6;
         let elevation = match preset {
@@ -79,6 +84,7 @@ impl Viewpoint {
         let half_width = pitch.half_width() + pitch.border_m / 2.0;
         let signs = [-1.0, 1.0];
         let corners = signs.into_iter().flat_map(|x| signs.map(|y| Vec2::new(x * half_length, y * half_width)));
+        let corners = corners.flat_map(|corner| [0.0, second_m].map(|y| corner + Vec2::Y * y));
         let points: Vec<Vec3> = corners.flat_map(|corner| [0.0, ROBOTS_M].map(|z| corner.extend(z))).collect();
         Self { focus: Vec3::ZERO, azimuth: 0.0, elevation, distance: 1.0 }.fitted(&points, aspect)
     }

@@ -12,7 +12,8 @@ use super::display_settings::DisplaySettings;
 use super::palette;
 use super::part_mesh::{mesh_of_parts, part_material};
 use super::pitch_frame::{PitchRoot, light_on};
-use naoisis_core::pitch::{End, Pitch};
+use super::shared::SecondPitch;
+use naoisis_core::pitch::{End, Pitch, Post};
 use naoisis_sensing::appearance::field::{self, GroundShape};
 use naoisis_sensing::appearance::people::{Person, people};
 use naoisis_sensing::appearance::shapes::Part;
@@ -27,7 +28,17 @@ pub struct FieldPlugin;
 
 impl Plugin for FieldPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (lay_out_field.run_if(resource_exists_and_changed::<Pitch>), light_ground).chain())
+        app.init_resource::<SecondPitch>()
+            .add_systems(
+                Update,
+                (
+                    lay_out_field.run_if(resource_exists_and_changed::<Pitch>),
+                    lay_out_second
+                        .run_if(resource_changed::<SecondPitch>.or_else(resource_exists_and_changed::<Pitch>)),
+                    light_ground,
+                )
+                    .chain(),
+            )
             .add_systems(PostUpdate, hall::hide_from_robots);
     }
 }
@@ -35,6 +46,14 @@ impl Plugin for FieldPlugin {
 /// Marks the parts of the model.
 #[derive(Component)]
 struct FieldPart;
+
+/// Marks the parts of the pitch for another match.
+#[derive(Component)]
+struct SecondPart;
+
+/// Marks the floor of the hall.
+#[derive(Component)]
+struct Floor;
 
 /// Marks the parts that lie on the ground.
 #[derive(Component)]
@@ -59,10 +78,11 @@ fn lay_out_field(
     let matt = || StandardMaterial { perceptual_roughness: 0.95, reflectance: 0.1, ..default() };
     let picture = images.add(turf::picture(&pitch));
     let carpet = Rectangle::from_size(2.0 * pitch.carpet_half_extents());
+    let floor = spawn(hall::floor(&pitch).finish(), matt(), -hall::FLOOR_DEPTH_M);
     let ground = [
+        floor,
         spawn(carpet.into(), StandardMaterial { base_color_texture: Some(picture), ..matt() }, 0.0),
         spawn(lines(&pitch).finish(), matt(), LINE_HEIGHT),
-        spawn(hall::floor(&pitch).finish(), matt(), -hall::FLOOR_DEPTH_M),
     ];
     let boards = spawn(hall::boards(&pitch).finish(), matt(), 0.0);
     let people: Vec<Part<()>> = people(&pitch).iter().flat_map(Person::parts).collect();
@@ -79,6 +99,7 @@ fn lay_out_field(
         };
         spawn(net_lines(&field::net_strings(&pitch, end)), net, 0.0);
     }
+    commands.entity(floor).insert(Floor);
     for part in ground {
         commands.entity(part).insert(Ground);
     }
@@ -99,6 +120,27 @@ fn light_ground(
             material.unlit = is_lit_before;
             material.base_color = light.into();
         }
+    }
+}
+
+/// Draws the pitch a second time, for another match, or removes it.
+fn lay_out_second(
+    second: Res<SecondPitch>,
+    root: Res<PitchRoot>,
+    old: Query<Entity, With<SecondPart>>,
+    parts: Query<(&Mesh3d, &MeshMaterial3d<StandardMaterial>, &Transform), (With<FieldPart>, Without<Floor>)>,
+    posts: Query<(&Transform, &Children), With<Post>>,
+    models: Query<(&Mesh3d, &MeshMaterial3d<StandardMaterial>)>,
+    mut commands: Commands,
+) {
+    old.iter().for_each(|part| commands.entity(part).despawn());
+    let Some(distance_m) = second.0 else { return };
+    let posts = posts.iter().flat_map(|(place, children)| children.iter().map(move |child| (place, child)));
+    let posts =
+        posts.filter_map(|(place, child)| models.get(child).ok().map(|(mesh, material)| (mesh, material, place)));
+    for (mesh, material, place) in parts.iter().chain(posts) {
+        let place = place.with_translation(place.translation + Vec3::Y * distance_m);
+        commands.spawn((SecondPart, ChildOf(root.0), mesh.clone(), material.clone(), place));
     }
 }
 
