@@ -27,7 +27,7 @@
 //! | `robot_model`, `robot_animation` | models of robots and their motion |
 //! | `ball_and_posts` | models of ball and posts |
 //! | [`camera`] | the camera of the window |
-//! | [`keys`], [`display_settings`] | keys; which panels are shown, and how |
+//! | [`keys`], `key_presses`, [`display_settings`] | keys; which panels are shown, and how |
 //! | [`interaction`] | dragging, turning, kicking, whistling; driving a robot |
 //! | [`overlays`] | drawings on the pitch: perceptions, beliefs and commands of robots |
 //! | [`camera_images`] | images of the robots' cameras |
@@ -98,6 +98,7 @@ pub mod first_frame;
 pub mod frames;
 pub mod ghosts;
 pub mod interaction;
+mod key_presses;
 pub mod keyframes;
 pub mod keys;
 mod labels;
