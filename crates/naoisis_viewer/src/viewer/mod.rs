@@ -60,6 +60,7 @@
 //! | [`film`] | recording of the window |
 //! | [`first_frame`] | the time until the first frame |
 //! | [`report_state`] | the state of the window as JSON lines |
+//! | `window_title` | the title of the window |
 //! | [`widgets`] | the buttons and boxes of the panels, by name |
 //! | [`theme`], `layout` | dark and light panels, and their layout |
 //! | `labels` | names of robots, words of overlays |
@@ -136,6 +137,7 @@ pub mod timeline;
 mod timeline_bar;
 pub mod watch;
 pub mod widgets;
+mod window_title;
 pub mod workspace;
 
 pub use shared::{TimelineCommand, ViewerCommand};
@@ -214,6 +216,7 @@ impl PluginGroup for ViewerPlugins {
             .add(statistics::StatisticsPlugin)
             .add(memory::MemoryPlugin)
             .add(widgets::WidgetsPlugin)
+            .add(window_title::WindowTitlePlugin)
             .add(report_state::ReportStatePlugin)
     }
 }
