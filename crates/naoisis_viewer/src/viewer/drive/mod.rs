@@ -1,7 +1,7 @@
 //! Runs the match: pause, single cycle, speed, restart.
 //!
 //! The [`Cycle`](naoisis_core::cycle::Cycle) runs from `FixedUpdate` with the period of the scenario; pause and speed
-//! change `Time<Virtual>`. At unlimited speed, cycles fill a part of every frame instead. The match is the same at
+//! change `Time<Virtual>`. At unlimited speed, more cycles are due than a frame has time for. The match is the same at
 //! every speed.
 
 use bevy::prelude::*;
@@ -35,6 +35,8 @@ const LONGEST_FRAME: Duration = Duration::from_secs(2);
 /// The longest time of a frame for cycles in real time and slower. If they take longer, the match becomes slower, too.
 /// Faster speeds have the budget of the unlimited one, so that none is faster than that.
 const LONGEST_CYCLES: Duration = Duration::from_millis(500);
+/// The speed of Bevy's clock at unlimited speed: more cycles are due than a frame has time for.
+const FASTEST: f64 = 10_000.0;
 /// The number of cycles that a frame runs whatever its budget, if they take no longer than that.
 const LEAST_CYCLES: u32 = 4;
 /// The time over which the achieved speed is measured, s.
@@ -60,7 +62,7 @@ impl Plugin for DrivePlugin {
             .add_systems(First, (note_frame, obey_commands, set_clocks).chain().before(TimeSystems))
             .add_systems(FixedUpdate, run_cycle_in_time)
             .add_systems(RunFixedMainLoop, find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
-            .add_systems(Update, (run_cycles_as_fast_as_possible, measure_speed).chain());
+            .add_systems(Update, measure_speed);
     }
 }
 
@@ -213,9 +215,9 @@ pub(super) fn set_clocks(
         fixed.set_timestep(Duration::from_secs_f64(scenario.cycle_s));
         playback.last_cycle = scenario.last_cycle();
     }
-    let Speed::Times(factor) = playback.speed else {
-        virtual_time.pause();
-        return;
+    let factor = match playback.speed {
+        Speed::Times(factor) => factor,
+        Speed::Unlimited => FASTEST,
     };
     if playback.paused {
         virtual_time.pause();
@@ -306,41 +308,25 @@ fn note_frame(mut frame: ResMut<FrameTime>) {
 /// Runs a cycle if this frame still has time for it, else drops the cycles that are due in it: each would still cost a run of the
 /// fixed schedule.
 fn run_cycle_in_time(world: &mut World) {
-    let longest = longest_cycles(world.resource::<Playback>().speed, world.resource::<FrameTime>().budget);
-    run_timed_cycle(world, longest);
-    if world.resource::<FrameTime>().is_done {
-        let mut fixed = world.resource_mut::<Time<Fixed>>();
-        let due = whole_steps(fixed.overstep(), fixed.timestep());
-        fixed.discard_overstep(due);
-    }
-}
-
-/// Runs a cycle unless cycles have taken this long in this frame.
-fn run_timed_cycle(world: &mut World, longest: Duration) {
     let frame = world.resource::<FrameTime>();
+    let longest = longest_cycles(world.resource::<Playback>().speed, frame.budget);
     let started = Instant::now();
     let is_done = frame.is_done || !frame.has_time(longest) || !advance(world);
     let mut frame = world.resource_mut::<FrameTime>();
     frame.is_done = is_done;
     frame.taken += started.elapsed();
     frame.cycles += 1;
+    if is_done {
+        let mut fixed = world.resource_mut::<Time<Fixed>>();
+        let due = whole_steps(fixed.overstep(), fixed.timestep());
+        fixed.discard_overstep(due);
+    }
 }
 
 /// The part of a duration that consists of whole steps.
 fn whole_steps(duration: Duration, step: Duration) -> Duration {
     let rest = duration.as_nanos().checked_rem(step.as_nanos()).and_then(|rest| u64::try_from(rest).ok());
     rest.map_or(Duration::ZERO, |rest| duration - Duration::from_nanos(rest))
-}
-
-fn run_cycles_as_fast_as_possible(world: &mut World) {
-    let playback = world.resource::<Playback>();
-    if playback.paused || playback.speed != Speed::Unlimited {
-        return;
-    }
-    let budget = world.resource::<FrameTime>().budget;
-    while !world.resource::<FrameTime>().is_done {
-        run_timed_cycle(world, budget);
-    }
 }
 
 /// The longest time of a frame for cycles at a speed.
