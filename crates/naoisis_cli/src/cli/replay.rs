@@ -141,8 +141,13 @@ fn summary(trace: &ReadTrace) -> String {
     };
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{cycles} cycles, {:.1} s, {end}; {result}", last.time_s);
-    let count = |kind| trace.history.marks().iter().filter(|mark| mark.kind == kind).count();
-    let (goals, outs, penalties) = (count(MarkKind::Goal), count(MarkKind::Out), count(MarkKind::Penalty));
-    let _ = writeln!(text, "{goals} goals, {outs} times out, {penalties} penalties");
+    let count = |kind, one, several| {
+        let number = trace.history.marks().iter().filter(|mark| mark.kind == kind).count();
+        format!("{number} {}", if number == 1 { one } else { several })
+    };
+    let goals = count(MarkKind::Goal, "goal", "goals");
+    let outs = count(MarkKind::Out, "time out", "times out");
+    let penalties = count(MarkKind::Penalty, "penalty", "penalties");
+    let _ = writeln!(text, "{goals}, {outs}, {penalties}");
     text
 }

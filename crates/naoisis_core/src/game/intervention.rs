@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::PenaltyReason;
-use crate::geometry::{Pose, file_units};
+use crate::geometry::{Pose, file_units, to_degrees};
 use crate::knowledge::Knowledge;
 use crate::team::{RobotId, Team};
 
@@ -116,7 +116,10 @@ impl fmt::Display for Intervention {
                 velocity_mps.length()
             ),
             Intervention::PlaceRobot { robot, pose } => {
-                write!(formatter, "{robot} is put at ({:.2}, {:.2})", pose.position.x, pose.position.y)
+                let Vec2 { x, y } = pose.position;
+                // Without a minus sign before zero.
+                let heading_deg = to_degrees(pose.heading).round() + 0.0;
+                write!(formatter, "{robot} is put at ({x:.2}, {y:.2}), facing {heading_deg:.0}°")
             }
             Intervention::SetScore { blue, pink } => write!(formatter, "the score is set to blue {blue} : pink {pink}"),
             Intervention::Penalise { robot, .. } => write!(formatter, "{robot} is penalised"),

@@ -152,7 +152,7 @@ impl PenaltyReason {
             PenaltyReason::PickUp => "a request for pick-up",
             PenaltyReason::SentOff => "being cautioned too often",
             PenaltyReason::Substitute => "being a substitute",
-            PenaltyReason::Manual => "a reason of its own",
+            PenaltyReason::Manual => "a decision by hand",
             named => return Cow::Owned(named.name().replace('_', " ")),
         })
     }

@@ -46,7 +46,9 @@ impl ReadTrace {
     /// # Errors
     /// The first fault of the trace, and where it is.
     pub fn open_told(path: &Path, told: impl FnMut(f64) -> ControlFlow<()>) -> Result<ReadTrace, TraceError> {
-        TraceParts::open(path)?.next_part(usize::MAX, told)
+        let mut parts = TraceParts::open(path)?;
+        let read = parts.next_part(usize::MAX, told)?;
+        parts.fault.map_or(Ok(read), Err)
     }
 }
 
@@ -54,6 +56,8 @@ impl ReadTrace {
 pub struct TraceParts {
     path: PathBuf,
     reader: TraceReader,
+    /// The fault after the last part, for the next call.
+    fault: Option<TraceError>,
 }
 
 impl TraceParts {
@@ -62,20 +66,23 @@ impl TraceParts {
     /// # Errors
     /// The first fault of the header, and where it is.
     pub fn open(path: &Path) -> Result<Self, TraceError> {
-        Ok(Self { path: path.to_owned(), reader: TraceReader::open(path)? })
+        Ok(Self { path: path.to_owned(), reader: TraceReader::open(path)?, fault: None })
     }
 
     /// Reads at most `records` further cycles, and calls `told` after each with its time, s. Stops if `told` returns `Break`. The part's
     /// ending is [`Ending::NotYet`] if there may be more.
     ///
     /// # Errors
-    /// The first fault of the trace, and where it is.
+    /// The first fault of the trace, and where it is. Cycles before it are a part of their own, which is returned first.
     pub fn next_part(
         &mut self,
         records: usize,
         mut told: impl FnMut(f64) -> ControlFlow<()>,
     ) -> Result<ReadTrace, TraceError> {
-        let Self { path, reader } = self;
+        let Self { path, reader, fault } = self;
+        if let Some(fault) = fault.take() {
+            return Err(fault);
+        }
         let mut read = ReadTrace {
             scenario: reader.scenario().clone(),
             history: History::of_every(reader.every()),
@@ -87,9 +94,17 @@ impl TraceParts {
             result: None,
         };
         for _ in 0..records {
-            let Some(record) = reader.next_cycle()? else {
-                (read.ending, read.result) = (reader.ending(), reader.result());
-                break;
+            let record = match reader.next_cycle() {
+                Ok(Some(record)) => record,
+                Ok(None) => {
+                    (read.ending, read.result) = (reader.ending(), reader.result());
+                    break;
+                }
+                Err(error) if read.last.is_some() => {
+                    *fault = Some(error);
+                    break;
+                }
+                Err(error) => return Err(error),
             };
             if let Err(error) = read.history.push(&record) {
                 return Err(TraceError::Io { path: path.clone(), error: io::Error::other(error) });

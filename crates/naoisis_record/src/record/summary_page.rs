@@ -167,9 +167,10 @@ fn team_name(summary: &MatchSummary, team: Team) -> String {
     escaped(summary.teams.as_ref().map_or(team.name(), |teams| teams[team].as_str()))
 }
 
-/// Formats a time as minutes and seconds.
+/// Formats a time as the whole minutes and seconds that have passed, as a clock shows it.
 pub fn minutes(time_s: f64) -> String {
-    let seconds = time_s.round() as u64;
+    // Times of cycles may be less than the second by rounding.
+    let seconds = (time_s + 1e-4).max(0.0) as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 

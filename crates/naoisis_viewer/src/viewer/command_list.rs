@@ -89,7 +89,7 @@ fn show(
     let mut chosen = None;
     let keys = [Key::Escape, Key::Enter, Key::ArrowUp, Key::ArrowDown];
     let [closes, enters, up, down] = keys.map(|key| context.input(|input| input.key_pressed(key)));
-    panel("commands", Align2::CENTER_TOP, [0.0, BELOW_SCORE]).order(egui::Order::Foreground).show(context, |ui| {
+    panel("commands", Align2::CENTER_TOP, [0.0, BELOW_SCORE]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(12)).show(ui, |ui| {
             ui.set_width(WIDTH.min(ui.ctx().content_rect().width() - 60.0));
             let text = TextEdit::singleline(&mut typed.text).hint_text("Find a command").desired_width(f32::INFINITY);

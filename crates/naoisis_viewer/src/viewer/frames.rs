@@ -7,6 +7,7 @@ use bevy::window::{PrimaryWindow, WindowEvent, WindowOccluded};
 use bevy::winit::{UpdateMode, WINIT_WINDOWS, WinitSettings};
 use core::time::Duration;
 
+use super::camera::ViewerCamera;
 use super::film::Filming;
 use super::many_times::ManyTimes;
 use super::match_panel::trace_reading::TraceReading;
@@ -25,7 +26,8 @@ pub struct FramesPlugin;
 
 impl Plugin for FramesPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Hidden>().add_systems(Last, (look_whether_hidden, choose_frames).chain());
+        app.init_resource::<Hidden>()
+            .add_systems(Last, (look_whether_hidden, (choose_frames, draw_unless_hidden)).chain());
     }
 }
 
@@ -50,6 +52,16 @@ fn look_whether_hidden(
         WINIT_WINDOWS.with_borrow(|windows| windows.get_window(entity).and_then(|window| window.is_minimized()))
     });
     hidden.is_minimised = minimised.unwrap_or(false);
+}
+
+/// Leaves out the picture of a window that cannot be seen: without a graphics card it would take most of a core.
+fn draw_unless_hidden(hidden: Res<Hidden>, filming: Res<Filming>, mut cameras: Query<&mut Camera, With<ViewerCamera>>) {
+    let is_drawn = filming.is_on() || !(hidden.is_minimised || hidden.is_covered);
+    for mut camera in &mut cameras {
+        if camera.is_active != is_drawn {
+            camera.is_active = is_drawn;
+        }
+    }
 }
 
 fn choose_frames(
@@ -87,6 +99,24 @@ fn frames(is_hidden: bool, is_filmed: bool, is_at_rest: bool) -> WinitSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::camera::CameraMode;
+    use crate::viewer::camera::viewpoint::Viewpoint;
+    use bevy::ecs::system::RunSystemOnce;
+    use naoisis_core::geometry::Pose;
+
+    #[test]
+    fn the_picture_of_a_hidden_window_is_left_out_unless_it_is_filmed() {
+        let mut world = World::new();
+        world.init_resource::<Filming>();
+        let view = Viewpoint::behind(Pose::default());
+        let viewer = ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit };
+        let camera = world.spawn((Camera::default(), viewer)).id();
+        for is_covered in [true, false] {
+            world.insert_resource(Hidden { is_minimised: false, is_covered });
+            world.run_system_once(draw_unless_hidden).unwrap();
+            assert_eq!(world.get::<Camera>(camera).unwrap().is_active, !is_covered);
+        }
+    }
 
     #[test]
     fn a_match_that_rests_or_is_hidden_is_hardly_drawn_unless_it_is_filmed() {

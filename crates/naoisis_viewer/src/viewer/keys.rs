@@ -1,15 +1,16 @@
 //! The keys of the window. The help shows the same table.
 
-use bevy::input::keyboard::KeyboardInput;
+use bevy::input::keyboard::{KeyboardFocusLost, KeyboardInput};
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy_egui::egui::{Event, Key};
-use bevy_egui::input::egui_wants_any_keyboard_input;
+use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiInput, EguiPreUpdateSet};
 
 use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
 use super::interaction::driving::Driving;
+use super::key_presses::{HeldModifiers, KeyPress};
 use super::shared::{
     Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share,
     TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
@@ -29,11 +30,7 @@ impl Plugin for KeysPlugin {
         );
         app.add_systems(
             Update,
-            (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out)
-                .chain()
-                .in_set(KeysSystems)
-                .before(SelectionSystems)
-                .before(CameraSystems),
+            (read_keys, carry_out).chain().in_set(KeysSystems).before(SelectionSystems).before(CameraSystems),
         );
     }
 }
@@ -226,32 +223,37 @@ fn keep_tab_from_panels(mut inputs: Query<&mut EguiInput>) {
 }
 
 fn read_keys(
-    keys: Res<ButtonInput<KeyCode>>,
-    mut pressed: MessageReader<KeyboardInput>,
+    mut inputs: MessageReader<KeyboardInput>,
+    mut losses: MessageReader<KeyboardFocusLost>,
+    mut held: Local<HeldModifiers>,
+    wants: Res<EguiWantsInput>,
     driving: Res<Driving>,
     mut actions: MessageWriter<Action>,
 ) {
-    // The question mark is on other keys of other keyboards.
-    let is_question =
-        |input: &KeyboardInput| input.state.is_pressed() && !input.repeat && input.text.as_deref() == Some("?");
-    if pressed.read().filter(|input| is_question(input)).count() > 0 {
-        actions.write(Action::Toggle(Switch::Commands));
-    }
-    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
-    let control =
-        keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::SuperLeft, KeyCode::SuperRight]);
-    let is_meant = |binding: &&Binding| {
-        let is_held = binding.shift == shift && binding.control == control;
+    for input in inputs.read() {
+        let Some(press) = held.note(input).filter(|_| !wants.wants_any_keyboard_input()) else { continue };
+        // The question mark is on other keys of other keyboards.
+        if input.text.as_deref() == Some("?") {
+            actions.write(Action::Toggle(Switch::Commands));
+        }
         // Driving uses plain keys for that.
-        keys.just_pressed(binding.key) && is_held && (control || !driving.takes(binding.key))
-    };
-    actions.write_batch(BINDINGS.iter().filter(is_meant).map(|binding| binding.action));
-    if control {
-        return;
+        if press.control || !driving.takes(press.key) {
+            actions.write_batch(actions_of(press));
+        }
     }
+    if losses.read().count() > 0 {
+        held.release();
+    }
+}
+
+/// The actions of a pressed key.
+fn actions_of(press: KeyPress) -> impl Iterator<Item = Action> {
+    let KeyPress { key, shift, control } = press;
+    let is_meant = move |binding: &&Binding| binding.key == key && binding.shift == shift && binding.control == control;
     let team = if shift { Team::Pink } else { Team::Blue };
-    let numbers = NUMBERS.iter().zip(1..).filter(|(key, _)| keys.just_pressed(**key) && !driving.takes(**key));
-    actions.write_batch(numbers.map(|(_, number)| Action::Select(SelectionCommand::Number(team, number))));
+    let numbers = NUMBERS.iter().zip(1..).filter(move |(number, _)| **number == key && !control);
+    let choices = numbers.map(move |(_, number)| Action::Select(SelectionCommand::Number(team, number)));
+    BINDINGS.iter().filter(is_meant).map(|binding| binding.action).chain(choices)
 }
 
 fn carry_out(
@@ -334,6 +336,19 @@ mod tests {
             }
             assert!(!NUMBERS.contains(&binding.key), "{}", binding.name);
         }
+    }
+
+    #[test]
+    fn a_key_means_something_else_with_a_modifier() {
+        let actions = |key, shift, control| actions_of(KeyPress { key, shift, control }).collect::<Vec<_>>();
+        assert_eq!(actions(KeyCode::KeyV, true, false), [Action::NextWorkspace(-1)]);
+        assert_eq!(actions(KeyCode::KeyZ, false, true), [Action::Hand(HandAction::Undo)]);
+        assert_eq!(actions(KeyCode::KeyZ, false, false), []);
+        let pink2 = Action::Select(SelectionCommand::Number(Team::Pink, 2));
+        assert_eq!(
+            (actions(KeyCode::Digit2, true, false), actions(KeyCode::Digit2, false, true)),
+            (vec![pink2], vec![])
+        );
     }
 
     #[test]

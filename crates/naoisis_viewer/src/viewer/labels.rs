@@ -9,7 +9,7 @@ use super::display_settings::{DisplaySettings, Workspace};
 use super::layout::LayoutSystems;
 use super::overlays::OverlayWords;
 use super::palette;
-use super::shared::shows_truth;
+use super::shared::{NameAreas, shows_truth};
 use super::theme::text_size;
 use naoisis_core::ball::BallPhysics;
 use naoisis_core::behaviour::drawings::DrawColour;
@@ -30,15 +30,18 @@ pub struct LabelsPlugin;
 impl Plugin for LabelsPlugin {
     fn build(&self, app: &mut App) {
         // The camera has its place of this frame by then.
-        app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
-            EguiPrimaryContextPass,
-            (
-                (draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels).run_if(shows_truth),
-                write_overlay_words,
-            )
-                .chain()
-                .in_set(LayoutSystems::Behind),
-        );
+        app.init_resource::<NameAreas>()
+            .configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate))
+            .add_systems(
+                EguiPrimaryContextPass,
+                (
+                    forget_labels,
+                    (draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels).run_if(shows_truth),
+                    write_overlay_words,
+                )
+                    .chain()
+                    .in_set(LayoutSystems::Behind),
+            );
     }
 }
 
@@ -64,11 +67,16 @@ fn write_overlay_words(
     Ok(())
 }
 
+fn forget_labels(mut areas: ResMut<NameAreas>) {
+    areas.0.clear();
+}
+
 fn draw_labels(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
     (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
+    mut areas: ResMut<NameAreas>,
 ) -> Result {
     // In the teaching workspace labels are large, so that they can be read from the last row.
     let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::ENTRY };
@@ -90,7 +98,10 @@ fn draw_labels(
         let text = painter.layout_no_wrap(name, FontId::proportional(size), Color32::WHITE);
         let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);
         let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());
-        painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(faded));
+        let patch = area.expand2(egui::vec2(5.0, 1.5));
+        painter.rect_filled(patch, 7.0, colour.gamma_multiply(faded));
+        let [least, most] = [patch.min, patch.max].map(|corner| zoom * Vec2::new(corner.x, corner.y));
+        areas.0.push((*id, Rect::from_corners(least, most)));
         painter.galley(area.min, text, Color32::WHITE);
     }
     Ok(())

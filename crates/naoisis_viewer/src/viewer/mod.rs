@@ -28,7 +28,7 @@
 //! | `ball_and_posts` | models of ball and posts |
 //! | `contact_shadows` | soft shadows below robots and balls |
 //! | [`camera`] | the camera of the window |
-//! | [`keys`], [`display_settings`] | keys; which panels are shown, and how |
+//! | [`keys`], `key_presses`, [`display_settings`] | keys; which panels are shown, and how |
 //! | [`interaction`] | dragging, turning, kicking, whistling; driving a robot |
 //! | [`overlays`] | drawings on the pitch: perceptions, beliefs and commands of robots |
 //! | [`camera_images`] | images of the robots' cameras |
@@ -61,6 +61,7 @@
 //! | [`film`] | recording of the window |
 //! | [`first_frame`] | the time until the first frame |
 //! | [`report_state`] | the state of the window as JSON lines |
+//! | `window_title` | the title of the window |
 //! | [`widgets`] | the buttons and boxes of the panels, by name |
 //! | [`theme`], `layout` | dark and light panels, and their layout |
 //! | `labels` | names of robots, words of overlays |
@@ -100,6 +101,7 @@ pub mod first_frame;
 pub mod frames;
 pub mod ghosts;
 pub mod interaction;
+mod key_presses;
 pub mod keyframes;
 pub mod keys;
 mod labels;
@@ -137,6 +139,7 @@ pub mod timeline;
 mod timeline_bar;
 pub mod watch;
 pub mod widgets;
+mod window_title;
 pub mod workspace;
 
 pub use shared::{TimelineCommand, ViewerCommand};
@@ -216,6 +219,7 @@ impl PluginGroup for ViewerPlugins {
             .add(statistics::StatisticsPlugin)
             .add(memory::MemoryPlugin)
             .add(widgets::WidgetsPlugin)
+            .add(window_title::WindowTitlePlugin)
             .add(report_state::ReportStatePlugin)
     }
 }

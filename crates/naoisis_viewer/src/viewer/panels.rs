@@ -10,20 +10,24 @@ use super::display_settings::{DisplaySettings, Switch};
 use super::keys::{self, HelpGroup};
 use super::layout::{self, LayoutSystems};
 use super::scenario_list;
-use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, is_over};
+use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, clock_words, is_over};
 use super::speed::Speed;
-use super::theme::{MARGIN, band, bright, card, dim, minutes, panel, problem_colour, text_size};
+use super::theme::{MARGIN, band, bright, card, dim, panel, problem_colour, tenths, text_size};
 use super::timeline::Timeline;
 use super::workspace::show_choice;
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, GameState};
+use naoisis_core::game::Game;
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_record::record::team_names::team_names;
 use naoisis_sim::scenario::Scenario;
 
 /// The height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
+
+/// The widths of the lists of speeds and scenarios, logical pixels.
+const SPEED: f32 = 58.0;
+const SCENARIO: f32 = 150.0;
 
 /// The panels.
 pub struct PanelsPlugin;
@@ -52,18 +56,13 @@ fn show_score(
 ) -> Result {
     /// The hint for new users.
     const HINT: &str = "Click a robot to see what it knows. H: all keys.";
-    let text = match game.time_left_s(&clock) {
-        Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
-        None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
-    };
-    let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
-    let text = if over { format!("{text}   end of the scenario") } else { text };
     let hint = if display.robot && selection.0.is_none() { HINT } else { "" };
     /// The width of everything but the names, and of one of their letters, logical pixels.
     const OTHERS: f32 = 560.0;
     const LETTER: f32 = 9.5;
     layout::bar_above(contexts.ctx_mut()?, "score", |ui| {
         let names = team_names.both(ui.available_width() - OTHERS, LETTER);
+        let text = clock_words(&game, &clock, &playback, ui.available_width() > OTHERS);
         let teams = |ui: &mut egui::Ui| {
             // As high as the highest of them, so that all are on one line.
             ui.set_min_height(SCORE_HEIGHT);
@@ -153,6 +152,7 @@ fn show_controls(
             if button(ui, "−", "Slower (Down)") {
                 send(Action::Command(ViewerCommand::Slower));
             }
+            end_row_unless_room(ui, SPEED);
             choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
             if button(ui, "+", "Faster (Up)") {
                 send(Action::Command(ViewerCommand::Faster));
@@ -175,6 +175,7 @@ fn show_controls(
                 send(Action::Toggle(Switch::Help));
             }
             ui.separator();
+            end_row_unless_room(ui, SCENARIO);
             choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
             ui.add(egui::Label::new(dim(status(&playback, &clock, scenario.as_deref(), is_over))).extend());
         });
@@ -182,9 +183,16 @@ fn show_controls(
     Ok(())
 }
 
+/// Begins the next line of a wrapped bar if a list of this width has no room on this one: lists do not wrap by themselves.
+fn end_row_unless_room(ui: &mut egui::Ui, width: f32) {
+    if ui.available_size_before_wrap().x < width + ui.spacing().item_spacing.x {
+        ui.end_row();
+    }
+}
+
 fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(Speed)) {
     let text = playback.speed.to_string();
-    let list = egui::ComboBox::from_id_salt("speed").width(58.0).selected_text(bright(&text));
+    let list = egui::ComboBox::from_id_salt("speed").width(SPEED).selected_text(bright(&text));
     let shown = list.show_ui(ui, |ui| {
         for speed in Speed::ALL {
             if ui.selectable_label(speed == playback.speed, speed.to_string()).clicked() {
@@ -197,7 +205,7 @@ fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(S
 
 fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, choose: impl FnMut(&'static str)) {
     let current = scenario.map(|scenario| scenario.name.as_str()).unwrap_or_default();
-    let list = egui::ComboBox::from_id_salt("scenario").width(150.0).selected_text(bright(current));
+    let list = egui::ComboBox::from_id_salt("scenario").width(SCENARIO).selected_text(bright(current));
     let response = scenario_list::show(ui, list, current, choose);
     named(response, "Another scenario", current).on_hover_text("Another scenario, from the start");
 }
@@ -218,7 +226,7 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, 
     if let Some(scenario) = scenario {
         parts.push(format!("seed {}", scenario.seed));
     }
-    parts.push(format!("{:.1} s", clock.end_time_s()));
+    parts.push(tenths(clock.end_time_s()));
     parts.push(match (is_over, playback.paused) {
         (true, _) => "over".to_owned(),
         (false, true) => "paused".to_owned(),
@@ -229,8 +237,8 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, 
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
     /// The width of the list, and the height left for everything else, logical pixels.
-    const WIDTH: f32 = 1040.0;
-    const AROUND: f32 = 150.0;
+    const WIDTH: f32 = 1220.0;
+    const AROUND: f32 = 120.0;
 
     let context = contexts.ctx_mut()?;
     let room = context.content_rect().size();
@@ -253,7 +261,7 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
 /// Shows the groups in as many columns as fit, of about the same length.
 fn show_keys(ui: &mut egui::Ui) {
     /// The width of a column, logical pixels.
-    const COLUMN: f32 = 320.0;
+    const COLUMN: f32 = 290.0;
 
     let groups = keys::help();
     let columns = ((ui.available_width() / COLUMN) as usize).clamp(1, groups.len());
@@ -332,22 +340,10 @@ fn cut(name: String, most: usize) -> String {
     name.chars().take(most - 1).chain(['…']).collect()
 }
 
-/// The name of a state of the game.
-pub(super) fn state_name(state: GameState) -> &'static str {
-    match state {
-        GameState::Initial => "initial",
-        GameState::Standby => "standby",
-        GameState::Ready => "ready",
-        GameState::Set => "set",
-        GameState::Playing => "playing",
-        GameState::Timeout => "time-out",
-        GameState::Finished => "finished",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::theme::minutes;
     use naoisis_sim::simulation::{self, NaoisisPlugins};
 
     #[test]
@@ -360,6 +356,9 @@ mod tests {
     #[test]
     fn times_are_minutes_and_seconds() {
         assert_eq!([0.0, 59.99, 60.0, 605.2].map(minutes), ["0:00", "0:59", "1:00", "10:05"]);
+        // The clock beside them is never a second ahead.
+        assert_eq!([15.97, 16.0, 479.0 / 30.0, 480.0 / 30.0].map(tenths), ["15.9 s", "16.0 s", "15.9 s", "16.0 s"]);
+        assert_eq!([479.0_f32 / 30.0, 1080.0 * (1.0 / 30.0)].map(minutes), ["0:15", "0:36"]);
     }
 
     #[test]

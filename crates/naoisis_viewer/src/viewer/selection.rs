@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::camera::ViewerCamera;
 use super::layout::mouse_is_for_match;
 use super::pitch_frame::pitch_from_world;
-use super::shared::{Selection, SelectionCommand, SelectionSystems};
+use super::shared::{NameAreas, Selection, SelectionCommand, SelectionSystems};
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
@@ -22,6 +22,7 @@ pub struct SelectionPlugin;
 impl Plugin for SelectionPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Selection>()
+            .init_resource::<NameAreas>()
             .add_message::<SelectionCommand>()
             .add_systems(Update, (click_on_robots.run_if(mouse_is_for_match), choose).chain().in_set(SelectionSystems));
     }
@@ -65,6 +66,7 @@ fn click_on_robots(
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &Transform, &Penalty, &Body)>,
+    names: Res<NameAreas>,
     mut choices: MessageWriter<SelectionCommand>,
 ) {
     let Some(cursor) = window.cursor_position() else { return };
@@ -84,7 +86,8 @@ fn click_on_robots(
         .iter()
         .filter(|(_, _, penalty, _)| !penalty.is_off_pitch())
         .map(|(id, transform, _, body)| (*id, PickTarget::of(body, transform.translation.truncate())));
-    let hit = pointed_at(to_pitch * ray.origin, to_pitch * *ray.direction, places);
+    // Names are drawn over robots.
+    let hit = names.at(cursor).or_else(|| pointed_at(to_pitch * ray.origin, to_pitch * *ray.direction, places));
     choices.write(hit.map_or(SelectionCommand::Nobody, SelectionCommand::Robot));
 }
 
@@ -183,6 +186,14 @@ mod tests {
         };
         assert!(met(&large, 0.0, 1.3) && !met(&nao, 0.0, 1.3));
         assert!(met(&large, 0.24, 0.3) && !met(&nao, 0.24, 0.3));
+    }
+
+    #[test]
+    fn a_name_is_clicked_as_its_robot_and_the_topmost_of_several() {
+        let area = |x: f32| Rect::new(x, 10.0, x + 40.0, 25.0);
+        let names = NameAreas(vec![(BLUE, area(100.0)), (PINK, area(120.0))]);
+        let at = |x: f32, y: f32| names.at(Vec2::new(x, y));
+        assert_eq!([at(105.0, 15.0), at(130.0, 15.0), at(130.0, 30.0)], [Some(BLUE), Some(PINK), None]);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use super::display_settings::{Switch, Workspace};
 use super::speed::Speed;
+use super::theme::minutes;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Intervention};
@@ -281,6 +282,38 @@ pub fn is_over(game: &Game, clock: &CycleClock, playback: &Playback) -> bool {
     game.state == GameState::Finished || playback.last_cycle.is_some_and(|last| clock.cycle >= last)
 }
 
+/// Returns the half, the clock and the state of the game for the score; only the clock if there is little room.
+pub fn clock_words(game: &Game, clock: &CycleClock, playback: &Playback, has_room: bool) -> String {
+    if game.state == GameState::Finished {
+        return state_name(game.state).to_owned();
+    }
+    let is_over = is_over(game, clock, playback);
+    let left = game.time_left_s(clock);
+    let time = left.map_or_else(|| minutes(clock.end_time_s() as f32), minutes);
+    if !has_room {
+        return if is_over { "over".to_owned() } else { time };
+    }
+    let time = left.map_or_else(|| time.clone(), |_| format!("half {}   {time} left", game.half));
+    match left {
+        _ if is_over => format!("{time}   end of the scenario"),
+        Some(_) => format!("{time}   {}", state_name(game.state)),
+        None => format!("{time}   no referee"),
+    }
+}
+
+/// The name of a state of the game.
+fn state_name(state: GameState) -> &'static str {
+    match state {
+        GameState::Initial => "initial",
+        GameState::Standby => "standby",
+        GameState::Ready => "ready",
+        GameState::Set => "set",
+        GameState::Playing => "playing",
+        GameState::Timeout => "time-out",
+        GameState::Finished => "finished",
+    }
+}
+
 /// The displayed time as a fraction of the last cycle, from its start (0) to its end (1).
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
 pub struct DisplayFraction(pub f32);
@@ -298,6 +331,17 @@ pub struct OpenedTrace(pub Option<PathBuf>);
 /// The selected robot, if any.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Selection(pub Option<RobotId>);
+
+/// The areas of the names on the pitch, logical pixels of the window, the topmost last.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct NameAreas(pub Vec<(RobotId, Rect)>);
+
+impl NameAreas {
+    /// Returns the robot whose name is at a position.
+    pub fn at(&self, place: Vec2) -> Option<RobotId> {
+        self.0.iter().rev().find(|(_, area)| area.contains(place)).map(|(id, _)| *id)
+    }
+}
 
 /// A notice to the user, shown for some seconds.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
@@ -336,4 +380,20 @@ pub struct Compare;
 /// Returns whether the truth is shown.
 pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
     world.is_none_or(|world| !world.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_match_that_is_over_is_not_said_to_be_played() {
+        let clock = CycleClock { cycle: 300, period_s: 0.1 };
+        let game = Game { state: GameState::Playing, ..default() };
+        let words = |last_cycle, has_room| clock_words(&game, &clock, &Playback { last_cycle, ..default() }, has_room);
+        assert_eq!([words(None, true), words(None, false)], ["0:30   no referee", "0:30"]);
+        assert_eq!([words(Some(300), true), words(Some(300), false)], ["0:30   end of the scenario", "over"]);
+        let finished = Game { state: GameState::Finished, ..default() };
+        assert_eq!(clock_words(&finished, &clock, &Playback::default(), true), "finished");
+    }
 }

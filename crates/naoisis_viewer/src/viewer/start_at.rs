@@ -38,6 +38,8 @@ fn go(world: &mut World) {
     };
     if is_there {
         world.resource_mut::<Playback>().paused = true;
+        // The clock of this frame is set already: without this, cycles would follow that are due in it.
+        world.resource_mut::<Time<Virtual>>().pause();
         world.remove_resource::<StartAt>();
     }
 }

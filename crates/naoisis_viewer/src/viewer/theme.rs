@@ -11,6 +11,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::display_settings::DisplaySettings;
 use super::palette;
 use naoisis_core::team::Team;
+use naoisis_record::record::summary_page;
 
 /// The distance of panels from the edge of the window, logical pixels.
 pub const MARGIN: f32 = 10.0;
@@ -108,9 +109,9 @@ pub fn card(ui: &egui::Ui) -> Frame {
         .inner_margin(Margin::symmetric(12, 8))
 }
 
-/// Returns a panel at an edge of the window.
+/// Returns a panel over the others, at an edge or in the middle of the window.
 pub fn panel(name: &str, align: Align2, offset: [f32; 2]) -> egui::Area {
-    egui::Area::new(egui::Id::new(name)).anchor(align, offset)
+    egui::Area::new(egui::Id::new(name)).anchor(align, offset).order(egui::Order::Foreground)
 }
 
 /// Prominent text.
@@ -150,10 +151,19 @@ pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
     ui.painter().rect_filled(area, rounding, palette::in_panel(palette::team(team)));
 }
 
-/// Returns the text of a time in minutes and seconds.
+/// Returns the text of a time in minutes and seconds, as in summaries and pictures.
 pub fn minutes(seconds: f32) -> String {
-    let whole = seconds.max(0.0).floor() as u32;
-    format!("{}:{:02}", whole / 60, whole % 60)
+    summary_page::minutes(f64::from(seconds))
+}
+
+/// Returns the text of a number of things.
+pub(super) fn count(number: usize, name: &str) -> String {
+    if number == 1 { format!("1 {name}") } else { format!("{number} {name}s") }
+}
+
+/// Returns the text of a time in seconds, with the tenths that have passed.
+pub(super) fn tenths(time_s: f64) -> String {
+    format!("{:.1} s", (10.0 * time_s + 1e-3).floor() / 10.0)
 }
 
 #[cfg(test)]
@@ -174,6 +184,11 @@ mod tests {
             [one.min(other), one.max(other)]
         };
         (lighter + 0.05) / (darker + 0.05)
+    }
+
+    #[test]
+    fn one_thing_is_no_plural() {
+        assert_eq!([0, 1, 2].map(|number| count(number, "cycle")), ["0 cycles", "1 cycle", "2 cycles"]);
     }
 
     #[test]

@@ -3,9 +3,13 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Rect as Area, Stroke};
+use naoisis_record::record::axis::ticks;
 
 /// The shortest visible part of the match, cycles.
 const LEAST_PART: f64 = 30.0;
+
+/// The width of what stands before the axes of the lanes and of the timeline, logical pixels: both begin at the same place.
+pub const BEFORE: f32 = 52.0;
 
 /// The visible part of the match: its first and its last cycle; `None` for the whole match.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
@@ -61,6 +65,23 @@ impl Axis {
     }
 }
 
+/// Returns at most `most` ticks at round times of a range, s, with their texts.
+pub fn time_ticks(range_s: [f64; 2], most: usize) -> Vec<(f64, String)> {
+    const STEPS_S: [f64; 15] =
+        [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0];
+    let least = (range_s[1] - range_s[0]) / most.max(1) as f64;
+    let step = STEPS_S.into_iter().find(|step| *step >= least).unwrap_or(7200.0);
+    ticks(range_s, step).map(|time_s| (time_s, time_words(time_s, step))).collect()
+}
+
+/// A time since the start of the match, with tenths if ticks are less than a second apart.
+fn time_words(time_s: f64, step_s: f64) -> String {
+    let sign = if time_s < -1e-9 { "\u{2212}" } else { "" };
+    let tenths = (time_s.abs() * 10.0).round() as u64;
+    let whole = format!("{sign}{}:{:02}", tenths / 600, tenths / 10 % 60);
+    if step_s < 1.0 { format!("{whole}.{}", tenths % 10) } else { whole }
+}
+
 /// Draws a vertical line if it is within an area.
 pub fn upright(ui: &egui::Ui, x: f32, area: Area, stroke: Stroke) {
     if area.x_range().contains(x) {
@@ -82,5 +103,14 @@ mod tests {
         // The axis never extends beyond the match.
         assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1e-3, 0.0), [0.0, 1000.0]);
         assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1.0, 1e6), [800.0, 1000.0]);
+    }
+
+    #[test]
+    fn ticks_of_time_are_at_round_times() {
+        let words =
+            |range_s, most| -> Vec<String> { time_ticks(range_s, most).into_iter().map(|(_, words)| words).collect() };
+        assert_eq!(words([60.0, 60.7], 4), ["1:00.0", "1:00.2", "1:00.4", "1:00.6"]);
+        assert_eq!(words([0.0, 600.0], 5), ["0:00", "2:00", "4:00", "6:00", "8:00", "10:00"]);
+        assert!(words([3.0, 1203.0], 8).len() <= 9);
     }
 }

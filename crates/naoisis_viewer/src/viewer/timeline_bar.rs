@@ -10,6 +10,7 @@ use super::ghosts::{Ghosts, GhostsOf};
 use super::layout::{self, LayoutSystems};
 use super::shared::{Action, Playback, TimelineCommand};
 use super::theme::{bright, dim, minutes, problem_colour, team_colour};
+use super::time_axis::BEFORE;
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::history::History;
@@ -53,7 +54,8 @@ fn show_bar(
         let width = (ui.available_width() - BESIDE_BAR).max(LEAST_WIDTH);
         let bar = ui.horizontal(|ui| {
             let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
-            ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
+            let label = if timeline.is_past() { bright(time(now)) } else { dim(time(now)) };
+            show_before_axis(ui, label);
             let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
             response.widget_info(|| WidgetInfo::slider(true, now, "Timeline"));
             // The bar leaves room at both ends for the mark of the current moment.
@@ -116,6 +118,16 @@ fn show_bar(
         }
     });
     Ok(())
+}
+
+/// Shows the time, as wide as the names of the lanes.
+fn show_before_axis(ui: &mut egui::Ui, label: egui::RichText) {
+    let width = BEFORE - END - ui.spacing().item_spacing.x;
+    let layout = egui::Layout::left_to_right(egui::Align::Center);
+    ui.allocate_ui_with_layout(egui::vec2(width, HEIGHT), layout, |ui| {
+        ui.set_min_width(width);
+        ui.add(egui::Label::new(label).extend());
+    });
 }
 
 /// What was clicked in the tree.

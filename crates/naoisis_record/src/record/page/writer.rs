@@ -13,6 +13,7 @@ use crate::record::match_counts::Observed;
 use crate::record::match_counts::kicks::{KickEnd, KickFollower, KickOutcome, StruckKick};
 use crate::record::match_summary::MatchSummary;
 use crate::record::recorder::MatchEnd;
+use crate::record::summary_page::minutes;
 use naoisis_core::game::PenaltyReason;
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
@@ -251,10 +252,9 @@ impl PageWriter {
             return String::new();
         }
         let changed = (self.thinning != core::mem::replace(&mut self.said, self.thinning)).then_some(self.thinning);
-        let left_out = changed.and_then(Thinning::words).map(|words| {
-            let at = self.part_begins_s.round() as u64;
-            format!("To keep the page small, {words}, from {}:{:02} on.", at / 60, at % 60)
-        });
+        let left_out = changed
+            .and_then(Thinning::words)
+            .map(|words| format!("To keep the page small, {words}, from {} on.", minutes(self.part_begins_s)));
         let (first_string, strings) = self.strings.take_new();
         self.parts += 1;
         let json = json!({

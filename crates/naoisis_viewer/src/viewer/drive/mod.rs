@@ -1,7 +1,7 @@
 //! Runs the match: pause, single cycle, speed, restart.
 //!
 //! The [`Cycle`](naoisis_core::cycle::Cycle) runs from `FixedUpdate` with the period of the scenario; pause and speed
-//! change `Time<Virtual>`. At unlimited speed, cycles fill a part of every frame instead. The match is the same at
+//! change `Time<Virtual>`. At unlimited speed, more cycles are due than a frame has time for. The match is the same at
 //! every speed.
 
 use bevy::prelude::*;
@@ -32,8 +32,13 @@ use naoisis_sim::simulation::{self, Snapshot};
 const BUDGETS: [Duration; 2] = [Duration::from_millis(12), Duration::from_millis(600)];
 /// The longest frame that the match follows in real time. With slower frames the match becomes slower, too.
 const LONGEST_FRAME: Duration = Duration::from_secs(2);
-/// The longest time of a frame for cycles at other speeds. If they take longer, the match becomes slower, too.
+/// The longest time of a frame for cycles in real time and slower. If they take longer, the match becomes slower, too.
+/// Faster speeds have the budget of the unlimited one, so that none is faster than that.
 const LONGEST_CYCLES: Duration = Duration::from_millis(500);
+/// The speed of Bevy's clock at unlimited speed: more cycles are due than a frame has time for.
+const FASTEST: f64 = 10_000.0;
+/// The number of cycles that a frame runs whatever its budget, if they take no longer than that.
+const LEAST_CYCLES: u32 = 4;
 /// The time over which the achieved speed is measured, s.
 const MEASURED_OVER_S: f32 = 0.5;
 
@@ -52,12 +57,12 @@ impl Plugin for DrivePlugin {
             .init_resource::<PlayedFile>()
             .init_resource::<Notice>()
             .init_resource::<DisplayFraction>()
-            .init_resource::<FrameStart>()
+            .init_resource::<FrameTime>()
             .add_systems(Startup, set_longest_frame)
             .add_systems(First, (note_frame, obey_commands, set_clocks).chain().before(TimeSystems))
             .add_systems(FixedUpdate, run_cycle_in_time)
             .add_systems(RunFixedMainLoop, find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
-            .add_systems(Update, (run_cycles_as_fast_as_possible, measure_speed).chain());
+            .add_systems(Update, measure_speed);
     }
 }
 
@@ -210,9 +215,9 @@ pub(super) fn set_clocks(
         fixed.set_timestep(Duration::from_secs_f64(scenario.cycle_s));
         playback.last_cycle = scenario.last_cycle();
     }
-    let Speed::Times(factor) = playback.speed else {
-        virtual_time.pause();
-        return;
+    let factor = match playback.speed {
+        Speed::Times(factor) => factor,
+        Speed::Unlimited => FASTEST,
     };
     if playback.paused {
         virtual_time.pause();
@@ -268,40 +273,68 @@ fn run_cycle_unless_a_program_thinks(world: &mut World) -> Result<Option<RobotId
     Ok(awaited)
 }
 
-/// The time at which the frame began, and whether no further cycle can run in it.
+/// The time that cycles have in this frame.
 #[derive(Resource)]
-struct FrameStart {
-    at: Instant,
+struct FrameTime {
+    /// The time at which the frame began.
+    began: Instant,
+    /// The time for cycles at unlimited speed.
+    budget: Duration,
+    /// The time that cycles have taken, and their number.
+    taken: Duration,
+    cycles: u32,
+    /// Whether no further cycle can run.
     is_done: bool,
 }
 
-impl Default for FrameStart {
+impl FrameTime {
+    /// Whether another cycle can run, if cycles may take this long.
+    fn has_time(&self, longest: Duration) -> bool {
+        self.taken < longest || (self.cycles < LEAST_CYCLES && self.taken < LONGEST_CYCLES)
+    }
+}
+
+impl Default for FrameTime {
     fn default() -> Self {
-        Self { at: Instant::now(), is_done: false }
+        Self { began: Instant::now(), budget: BUDGETS[0], taken: Duration::ZERO, cycles: 0, is_done: false }
     }
 }
 
-fn note_frame(mut start: ResMut<FrameStart>) {
-    *start = FrameStart::default();
+fn note_frame(mut frame: ResMut<FrameTime>) {
+    let rest = frame.began.elapsed().saturating_sub(frame.taken);
+    *frame = FrameTime { budget: budget(rest), ..default() };
 }
 
+/// Runs a cycle if this frame still has time for it, else drops the cycles that are due in it: each would still cost a run of the
+/// fixed schedule.
 fn run_cycle_in_time(world: &mut World) {
-    let frame = world.resource::<FrameStart>();
-    if !frame.is_done && frame.at.elapsed() < LONGEST_CYCLES {
-        world.resource_mut::<FrameStart>().is_done = !advance(world);
+    let frame = world.resource::<FrameTime>();
+    let longest = longest_cycles(world.resource::<Playback>().speed, frame.budget);
+    let started = Instant::now();
+    let is_done = frame.is_done || !frame.has_time(longest) || !advance(world);
+    let mut frame = world.resource_mut::<FrameTime>();
+    frame.is_done = is_done;
+    frame.taken += started.elapsed();
+    frame.cycles += 1;
+    if is_done {
+        let mut fixed = world.resource_mut::<Time<Fixed>>();
+        let due = whole_steps(fixed.overstep(), fixed.timestep());
+        fixed.discard_overstep(due);
     }
 }
 
-fn run_cycles_as_fast_as_possible(world: &mut World, mut took: Local<Duration>) {
-    let playback = world.resource::<Playback>();
-    if playback.paused || playback.speed != Speed::Unlimited {
-        *took = Duration::ZERO;
-        return;
+/// The part of a duration that consists of whole steps.
+fn whole_steps(duration: Duration, step: Duration) -> Duration {
+    let rest = duration.as_nanos().checked_rem(step.as_nanos()).and_then(|rest| u64::try_from(rest).ok());
+    rest.map_or(Duration::ZERO, |rest| duration - Duration::from_nanos(rest))
+}
+
+/// The longest time of a frame for cycles at a speed.
+fn longest_cycles(speed: Speed, budget: Duration) -> Duration {
+    match speed {
+        Speed::Times(factor) if factor <= 1.0 => LONGEST_CYCLES,
+        Speed::Times(_) | Speed::Unlimited => budget,
     }
-    let budget = budget(world.resource::<Time<Real>>().delta().saturating_sub(*took));
-    let started = Instant::now();
-    while started.elapsed() < budget && advance(world) {}
-    *took = started.elapsed();
 }
 
 /// The time of a frame for cycles at unlimited speed, if the rest of the frame takes this long: where drawing is slow,

@@ -48,6 +48,21 @@ fn slow_frames_do_not_slow_the_match_down() {
 }
 
 #[test]
+fn no_speed_gives_cycles_more_time_than_the_unlimited_one() {
+    let limit = Duration::from_millis(30);
+    let longest = |speed| longest_cycles(speed, limit);
+    assert_eq!([longest(Speed::Times(16.0)), longest(Speed::Unlimited)], [limit; 2]);
+    assert_eq!(longest(Speed::Times(1.0)), LONGEST_CYCLES, "real time is kept even if pictures become rare");
+    // Slow cycles are not stopped after the first one, but before they take too long.
+    let after = |cycles, taken_ms| FrameTime { cycles, taken: Duration::from_millis(taken_ms), ..default() };
+    let has_time = [after(9, 29), after(9, 30), after(3, 300), after(3, 501)].map(|frame| frame.has_time(limit));
+    assert_eq!(has_time, [true, false, true, false]);
+    let milliseconds = Duration::from_millis;
+    assert_eq!(whole_steps(milliseconds(105), milliseconds(33)), milliseconds(99));
+    assert_eq!(whole_steps(milliseconds(105), Duration::ZERO), Duration::ZERO);
+}
+
+#[test]
 fn speeds_scale_the_number_of_cycles() {
     for (speed, expected) in [(0.1, 1), (0.5, 7), (2.0, 30), (4.0, 60)] {
         let mut app = app();

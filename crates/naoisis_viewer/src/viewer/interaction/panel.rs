@@ -95,6 +95,8 @@ fn show_buttons(
 /// The margin beside a notice, and about the width of a letter in it, logical pixels.
 const NOTICE_MARGIN: f32 = 60.0;
 const NOTICE_LETTER: f32 = 7.5;
+/// The distance of a notice at the top from the edge: the choice of the window's use is above it, logical pixels.
+const BELOW_CHOICE: f32 = 56.0;
 
 /// Shows the last notice for some seconds.
 fn show_notice(
@@ -110,8 +112,13 @@ fn show_notice(
     let context = contexts.ctx_mut()?;
     // In the teaching workspace the captions are below, so the notice is above.
     let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
-    let widest = layout::free_area(context).width() - NOTICE_MARGIN;
-    let shown = layout::floating(context, "notice", align).show(context, |ui| {
+    let free = layout::free_area(context);
+    let widest = free.width() - NOTICE_MARGIN;
+    let mut area = layout::floating(context, "notice", align);
+    if display.workspace == Workspace::Teach {
+        area = area.fixed_pos(free.center_top() + egui::vec2(0.0, BELOW_CHOICE));
+    }
+    let shown = area.show(context, |ui| {
         let text = bright(&notice.text).size(text_size::IMPORTANT);
         card(ui).show(ui, |ui| {
             // The notice is on one line if it fits.

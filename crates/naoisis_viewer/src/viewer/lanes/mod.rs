@@ -9,6 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+mod looks;
 mod mistake_list;
 mod panel;
 pub mod tracks;

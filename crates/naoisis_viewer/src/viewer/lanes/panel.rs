@@ -6,16 +6,16 @@ use bevy_egui::egui::{
     self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Stroke, WidgetInfo, WidgetType,
 };
 
-use super::tracks::{BallSource, Condition, LaneTrack, Span, Tracks};
+use super::looks::{WordLook, ball_colour, ball_words, ink, show_legend, word_looks};
+use super::tracks::{Condition, LaneTrack, Span};
 use super::{EventKind, Lanes, cycle_of, mistake_words};
 use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::event_filter::EventFilter;
 use crate::viewer::event_log::LogKind;
 use crate::viewer::layout::{Dock, Edge, PanelSizes};
-use crate::viewer::palette;
 use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionCommand, TimelineCommand};
-use crate::viewer::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
-use crate::viewer::time_axis::{Axis, ShownPart, upright};
+use crate::viewer::theme::{bright, count, dim, minutes, problem_colour, team_colour, text_size};
+use crate::viewer::time_axis::{Axis, BEFORE, ShownPart, time_ticks, upright};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
@@ -31,16 +31,13 @@ const BALL: f32 = 4.0;
 const LEAST: f32 = 2.0 * LANE;
 /// The initial height of the other parts of the panel, logical pixels.
 const AROUND: f32 = 100.0;
-/// The width of the names, logical pixels.
-const NAMES: f32 = 52.0;
+/// The height of the times below the lanes, and the least distance between two of them, logical pixels.
+const TIMES: f32 = 14.0;
+const BETWEEN_TIMES: f32 = 70.0;
 /// The tolerance of a click on the triangle of a mistake, logical pixels.
 const MISTAKE: f32 = 5.0;
 /// The least width of a span with a word in it, logical pixels.
 const WIDE_ENOUGH: f32 = 46.0;
-
-/// The colours of intentions, in the order of their first use.
-const WORD_INKS: [DrawColour; 6] =
-    [DrawColour::Sky, DrawColour::Yellow, DrawColour::Purple, DrawColour::White, DrawColour::Green, DrawColour::Blue];
 
 pub(super) fn show(
     mut contexts: EguiContexts,
@@ -72,10 +69,12 @@ pub(super) fn show(
         if lanes.read.is_some() {
             ui.label(dim("The match is being read…").size(text_size::SMALL));
         }
-        let axis = Axis { part: part.0.unwrap_or(whole), left: NAMES, width: width - NAMES };
+        let axis = Axis { part: part.0.unwrap_or(whole), left: BEFORE, width: width - BEFORE };
         let rows = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+            let looks = word_looks(lanes.tracks.words());
             for (id, track) in lanes.tracks.robots() {
-                let lane = show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
+                let words = (lanes.tracks.words(), &looks[..]);
+                let lane = show_lane(ui, (id, track), words, &axis, selection.0, &mut actions);
                 let mistakes = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
                 mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
             }
@@ -84,13 +83,14 @@ pub(super) fn show(
         let bottom = rows.inner_rect.top() + LANE * lanes.tracks.robots().count() as f32;
         let area = rows.inner_rect.with_max_y(bottom.min(rows.inner_rect.bottom()));
         // From here on, positions are those of the whole window.
-        let axis = Axis { left: area.left() + NAMES, ..axis };
+        let axis = Axis { left: area.left() + BEFORE, ..axis };
         let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
         for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
             let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
             upright(ui, axis.x(mark.cycle as f64), time_area, Stroke::new(1.5, colour));
         }
         upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
+        show_times(ui, &axis, clock.period_s, time_area);
         let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
         let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
         if let Some(changed) = axis.changed_part(ui, &response, whole) {
@@ -112,7 +112,7 @@ pub(super) fn show(
             let words = hint(&lanes, clock.period_s, axis.cycle(at.x).max(0.0) as u64, row(at), reach);
             response.on_hover_text_at_pointer(format!("{}{words}", time(axis.cycle(at.x))));
         }
-        show_legend(ui, &lanes.tracks, axis.part.map(time));
+        show_legend(ui, lanes.tracks.words());
         let others = ui.min_rect().bottom() - top - rows.inner_rect.height();
         ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of lanes"), others));
     });
@@ -152,7 +152,7 @@ fn show_head(
         let mistakes = lanes.tracks.mistakes();
         if !mistakes.is_empty() {
             ui.separator();
-            let count = format!("{} mistakes", mistakes.len());
+            let count = count(mistakes.len(), "mistake");
             let button = ui.button(RichText::new(count).color(problem_colour(ui)));
             button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, "List mistakes"));
             let button = button.on_hover_ui(|ui| {
@@ -172,14 +172,14 @@ fn show_head(
 fn show_lane(
     ui: &mut egui::Ui,
     (id, track): (RobotId, &LaneTrack),
-    words: &[String],
+    (words, looks): (&[String], &[WordLook]),
     axis: &Axis,
     selected: Option<RobotId>,
     actions: &mut MessageWriter<Action>,
 ) -> Area {
     ui.spacing_mut().item_spacing.y = 0.0;
     let (area, _) = ui.allocate_exact_size(egui::vec2(axis.left + axis.width, LANE), Sense::hover());
-    let name_area = Area::from_min_size(area.min, egui::vec2(NAMES, LANE));
+    let name_area = Area::from_min_size(area.min, egui::vec2(BEFORE, LANE));
     let name = ui.interact(name_area, ui.id().with(("lane", id.to_string())), Sense::click());
     name.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Lane of {id}")));
     let font = FontId::proportional(if selected == Some(id) { text_size::IMPORTANT } else { text_size::ENTRY });
@@ -187,7 +187,7 @@ fn show_lane(
     if name.clicked() {
         actions.write(Action::Select(SelectionCommand::Robot(id)));
     }
-    let lane = Area::from_min_max(Pos2::new(area.left() + NAMES, area.top() + 1.0), area.max - egui::vec2(0.0, 1.0));
+    let lane = Area::from_min_max(Pos2::new(area.left() + BEFORE, area.top() + 1.0), area.max - egui::vec2(0.0, 1.0));
     let painter = ui.painter().with_clip_rect(lane.intersect(ui.clip_rect()));
     let axis = Axis { left: lane.left(), ..*axis };
     let block = |first: u64, last: u64, top: f32, bottom: f32| {
@@ -196,7 +196,8 @@ fn show_lane(
     };
     for span in shown(&track.intentions, &axis).filter(|span| !words[span.what].is_empty()) {
         let block = block(span.first, span.last, lane.top(), lane.bottom() - BALL);
-        painter.rect_filled(block, 1.0, word_colour(span.what));
+        let look = looks[span.what];
+        look.fill(&painter, block);
         if block.width() > WIDE_ENOUGH {
             let font = FontId::proportional(10.0);
             painter.with_clip_rect(block.intersect(painter.clip_rect())).text(
@@ -204,7 +205,7 @@ fn show_lane(
                 Align2::LEFT_CENTER,
                 &words[span.what],
                 font,
-                ui.visuals().strong_text_color(),
+                look.text(ui.visuals().panel_fill),
             );
         }
     }
@@ -252,29 +253,19 @@ fn shown<'a, T>(spans: &'a [Span<T>], axis: &Axis) -> impl Iterator<Item = &'a S
     spans[from..].iter().take_while(move |span| span.first as f64 <= last)
 }
 
-fn ink(ink: DrawColour) -> Color32 {
-    palette::in_panel(palette::ink(ink))
-}
-
-fn word_colour(word: usize) -> Color32 {
-    ink(WORD_INKS[word % WORD_INKS.len()]).gamma_multiply(0.55)
-}
-
-fn ball_colour(source: BallSource) -> Color32 {
-    match source {
-        BallSource::Seen => ink(DrawColour::Orange),
-        BallSource::Remembered => ink(DrawColour::Orange).gamma_multiply(0.4),
-        BallSource::Told => ink(DrawColour::Sky),
-        BallSource::Lost => Color32::from_black_alpha(120),
-    }
-}
-
-fn ball_words(source: BallSource) -> &'static str {
-    match source {
-        BallSource::Seen => "seen",
-        BallSource::Remembered => "remembered",
-        BallSource::Told => "told",
-        BallSource::Lost => "lost",
+/// Shows ticks of time, and the times below the lanes.
+fn show_times(ui: &mut egui::Ui, axis: &Axis, period_s: f64, lanes: Area) {
+    let (below, _) = ui.allocate_exact_size(egui::vec2(ui.available_width(), TIMES), Sense::hover());
+    let colour = ui.visuals().weak_text_color();
+    let most = (lanes.width() / BETWEEN_TIMES) as usize;
+    for (time_s, words) in time_ticks(axis.part.map(|cycle| cycle * period_s), most) {
+        let x = axis.x(time_s / period_s);
+        ui.painter().vline(x, lanes.y_range(), Stroke::new(0.5, colour.gamma_multiply(0.5)));
+        ui.painter().vline(x, lanes.bottom()..=lanes.bottom() + 3.0, Stroke::new(1.0, colour));
+        let words = ui.painter().layout_no_wrap(words, FontId::proportional(text_size::SMALL), colour);
+        // The times at both ends stay on the panel.
+        let left = (x - words.size().x / 2.0).min(below.right() - words.size().x);
+        ui.painter().galley(Pos2::new(left, lanes.bottom() + 2.0), words, colour);
     }
 }
 
@@ -313,32 +304,4 @@ fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Strin
         words.push_str(&mistake_words(mistake));
     }
     words
-}
-
-/// Shows the colours, and the ends of the visible part.
-fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
-    let [first, last] = ends;
-    ui.add_space(4.0);
-    ui.horizontal_wrapped(|ui| {
-        ui.label(dim(format!("{first} to {last}")).size(text_size::SMALL));
-        let words = tracks.words().iter().enumerate().filter(|(_, word)| !word.is_empty());
-        let words = words.map(|(index, word)| (word_colour(index), word.as_str()));
-        let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
-        let sources = sources.map(|source| (ball_colour(source), ball_words(source)));
-        let others = [
-            (ink(DrawColour::Vermilion), "down, or off the pitch"),
-            (ui.visuals().strong_text_color(), "disc: kick, ring: missed; triangle: mistake"),
-        ];
-        let words: Vec<(Color32, &str)> = words.collect();
-        for (group, entries) in [("intention:", &words[..]), ("edge, ball is:", &sources), ("", &others)] {
-            if !(group.is_empty() || entries.is_empty()) {
-                ui.label(dim(group).size(text_size::SMALL));
-            }
-            for (colour, name) in entries {
-                let (area, _) = ui.allocate_exact_size(egui::vec2(9.0, 9.0), Sense::hover());
-                ui.painter().rect_filled(area, 1.0, *colour);
-                ui.label(RichText::new(*name).weak().size(text_size::SMALL));
-            }
-        }
-    });
 }

@@ -39,7 +39,10 @@ pub(super) fn show(
         if title(ui, "This moment, many times") {
             actions.write(Action::Toggle(Switch::ManyTimes));
         }
+        let width = ui.available_width();
         egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+            // Texts wrap at the edge of the panel.
+            ui.set_max_width(width);
             let many = &mut *many;
             ui.horizontal(|ui| {
                 ui.add(DragValue::new(&mut many.times).range(10..=10_000).suffix(" times"));

@@ -49,7 +49,10 @@ pub(super) fn show(
         if title(ui, "The match") {
             actions.write(Action::Toggle(Switch::Game));
         }
+        let width = ui.available_width();
         egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+            // Texts wrap at the edge of the panel.
+            ui.set_max_width(width);
             Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
                 let label = ui.label("Scenario").id;
                 let name = if scenario.name.is_empty() { "—" } else { &scenario.name };
@@ -193,7 +196,8 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
     };
     let messages = &mut scenario.messages;
     slider("Messages lost", "The share of messages that do not arrive", Slider::new(&mut messages.loss, 0.0..=1.0));
-    let delay = Slider::new(&mut messages.delay_cycles, 1..=90).suffix(" cycles");
+    let cycles = if messages.delay_cycles == 1 { " cycle" } else { " cycles" };
+    let delay = Slider::new(&mut messages.delay_cycles, 1..=90).suffix(cycles);
     slider("Message delay", "From sending to arrival", delay);
     let motion = &mut scenario.settings.motion;
     let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");

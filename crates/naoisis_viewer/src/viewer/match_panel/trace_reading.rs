@@ -152,6 +152,10 @@ pub(super) fn show_when_read(world: &mut World) {
         false => super::show_trace(world, &path, part),
         true => add(world, part),
     });
+    let shown = shown.map_err(|error| match is_shown {
+        true => format!("{error}. The trace is shown up to there."),
+        false => error,
+    });
     let is_wrong = shown.is_err();
     if is_last || is_wrong {
         world.resource_mut::<TraceReading>().give_up();
@@ -271,7 +275,7 @@ mod tests {
         open(&mut app, &path("long.jsonl"));
         let problem = app.world().resource::<Playback>().problem.clone().unwrap_or_default();
         assert!(problem.contains("long.jsonl"), "{problem}");
-        assert!(app.world().resource::<History>().last_cycle() >= Some(FIRST_RECORDS as u64 - 1));
+        assert_eq!(app.world().resource::<History>().last_cycle(), Some(LONG - 1), "up to the broken line");
         // A match that was started meanwhile is not replaced by a trace that was opened before.
         app.world_mut().write_message(MatchCommand::Open(path("one.jsonl")));
         open(&mut app, Path::new("match3v3"));

@@ -1,6 +1,7 @@
 //! A plot independent of the screen: curves, round ticks, and labels. The window and exported files use the same.
 
 use super::wording::Unit;
+use crate::viewer::time_axis::time_ticks;
 use naoisis_record::record::axis::{number, round_step, ticks};
 use naoisis_sensing::appearance::colours::Colour;
 
@@ -90,12 +91,8 @@ impl Chart {
 
     /// At most `most` ticks of time.
     pub fn time_ticks(&self, most: usize) -> Ticks {
-        const STEPS_S: [f64; 15] =
-            [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0];
         let range = self.cycles.map(|cycle| cycle * self.period_s);
-        let least = (range[1] - range[0]) / most.max(1) as f64;
-        let step = STEPS_S.into_iter().find(|step| *step >= least).unwrap_or(7200.0);
-        Ticks { range, at: ticks(range, step).map(|time_s| (time_s, time_words(time_s, step))).collect() }
+        Ticks { range, at: time_ticks(range, most) }
     }
 
     /// Returns the upward shift of a curve, so that curves of discrete values do not cover each other.
@@ -130,14 +127,6 @@ fn word_ticks(unit: &Unit, extremes: [f64; 2]) -> Ticks {
     let words = (low as usize..=high as usize).map(|value| value as f64);
     let at = words.filter_map(|value| Some((value, unit.word(value)?.to_owned()))).collect();
     Ticks { range: [low - 0.2, high + 0.2], at }
-}
-
-/// A time since the start of the match, with tenths if ticks are less than a second apart.
-fn time_words(time_s: f64, step_s: f64) -> String {
-    let sign = if time_s < -1e-9 { "\u{2212}" } else { "" };
-    let tenths = (time_s.abs() * 10.0).round() as u64;
-    let whole = format!("{sign}{}:{:02}", tenths / 600, tenths / 10 % 60);
-    if step_s < 1.0 { format!("{whole}.{}", tenths % 10) } else { whole }
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use super::plots::wording::component as component_words;
 use super::plots::{PlotCommand, Plots};
 use super::rebuild::ShownState;
 use super::shared::{Action, Playback, Selection, SelectionCommand, TimelineCommand, ViewPreset};
-use super::theme::{band, bright, dim, text_size};
+use super::theme::{band, bright, count, dim, text_size};
 use super::timeline::Timeline;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::{Inbox, TeamMessage};
@@ -159,8 +159,9 @@ fn show_robot(
                 ui.horizontal(|ui| {
                     ui.spacing_mut().item_spacing.x = 4.0;
                     let names: Vec<CameraName> = robot.cameras.mounts.names().collect();
-                    let each = (width - 4.0) / names.len().max(2) as f32;
-                    let each = if names.len() == 1 { width } else { each };
+                    // The section is narrower than the panel.
+                    let width = ui.available_width();
+                    let each = if names.len() == 1 { width } else { (width - 4.0) / names.len().max(2) as f32 };
                     for name in names {
                         let image = pictures.show(ui, (id, name), Some(robot.percepts), each);
                         let hint = format!("{name}: click to look through it");
@@ -246,7 +247,6 @@ fn show_head(
             Some(intention) => format!("{behaviour}: {intention}"),
             None => behaviour.to_owned(),
         };
-        ui.label(dim(words).size(text_size::IMPORTANT));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
                 actions.write(Action::Select(SelectionCommand::Nobody));
@@ -254,6 +254,10 @@ fn show_head(
             if ui.small_button("Overlays").on_hover_text("Drawings on the pitch (O)").clicked() {
                 actions.write(Action::Toggle(Switch::Overlays));
             }
+            // In a narrow panel, the words end before the buttons.
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                ui.add(egui::Label::new(dim(words).size(text_size::IMPORTANT)).truncate());
+            });
         });
     });
     let condition = wording::condition(robot.posture, robot.penalty, clock);
@@ -285,10 +289,7 @@ fn show_messages(
         ui.label("nothing");
     }
     for message in inbox {
-        let age = match cycle.saturating_sub(message.sent_cycle) {
-            1 => "1 cycle".to_owned(),
-            cycles => format!("{cycles} cycles"),
-        };
+        let age = count(cycle.saturating_sub(message.sent_cycle) as usize, "cycle");
         let text = format!("{}, {age} ago: {}", message.from, wording::message(&message.say));
         ui.add(egui::Label::new(egui::RichText::new(text).size(text_size::ENTRY)).wrap());
     }

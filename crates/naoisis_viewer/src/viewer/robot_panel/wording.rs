@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use crate::viewer::theme::count;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
@@ -90,16 +91,12 @@ pub fn percepts(percepts: &Percepts) -> String {
     let ball = percepts
         .ball
         .map(|ball| format!("ball at {:.2} m, {}", ball.position_m.length(), degrees(angle_of(ball.position_m))));
-    let count = |count: usize, name: &str| match count {
-        0 => None,
-        1 => Some(format!("1 {name}")),
-        _ => Some(format!("{count} {name}s")),
-    };
+    let some = |number: usize, name: &str| (number > 0).then(|| count(number, name));
     let parts = [
         ball,
-        count(percepts.goal_posts.len(), "post"),
-        count(percepts.robots.len(), "robot"),
-        count(percepts.landmarks.len(), "landmark"),
+        some(percepts.goal_posts.len(), "post"),
+        some(percepts.robots.len(), "robot"),
+        some(percepts.landmarks.len(), "landmark"),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     if parts.is_empty() { "no detections".to_owned() } else { parts.join(", ") }
@@ -207,7 +204,7 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
 /// Returns the text of a team message on one line.
 pub fn message(message: &TeamMessage) -> String {
     let TeamMessage { pose: own, ball_m, robots_m, intention, payload, datagram } = message;
-    let robots = (!robots_m.is_empty()).then(|| format!("{} robots", robots_m.len()));
+    let robots = (!robots_m.is_empty()).then(|| count(robots_m.len(), "robot"));
     let parts = [
         own.map(|own| format!("at {}", pose(own))),
         ball_m.map(|ball| format!("ball {}", place(ball))),
@@ -217,7 +214,7 @@ pub fn message(message: &TeamMessage) -> String {
         datagram.as_ref().map(|_| "a datagram".to_owned()),
     ];
     let text = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
-    format!("{text} ({} bytes)", message.size_bytes())
+    format!("{text} ({})", count(message.size_bytes(), "byte"))
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ use crate::viewer::camera::{CameraMode, ViewerCamera};
 use crate::viewer::drive::PlayedFile;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::shared::{Notice, OpenedTrace};
+use crate::viewer::theme::count;
 use crate::viewer::timeline::Timeline;
 use naoisis_core::geometry::{to_degrees, to_radians};
 use naoisis_core::read_file::read_file;
@@ -179,8 +180,7 @@ pub(super) fn keep(
             Vec::new()
         });
         if !found.is_empty() {
-            let count = found.len();
-            notice.tell(format!("{count} bookmarks of this match; J: first one"));
+            notice.tell(format!("{} of this match; J: first one", count(found.len(), "bookmark")));
             bookmarks.take_in(found.clone(), &keyframes);
         }
         *file = BookmarkFile { of: Some((keyframes.clone(), path)), written: found };

@@ -127,10 +127,9 @@ fn apply(
             TeachAction::Bookmark => {
                 playback.paused = true;
                 let cycle = timeline.cursor().map_or(clock.cycle, |cursor| cursor.round() as u64);
-                let last = log.until(cycle as f64 * clock.period_s).last();
                 bookmarks.add(Bookmark {
                     cycle,
-                    caption: last.map(|entry| entry.text.clone()).unwrap_or_default(),
+                    caption: caption(&log, cycle as f64 * clock.period_s),
                     marks: pen.marks.clone(),
                     selected: selection.0,
                     robots_world: world.0,
@@ -168,6 +167,14 @@ fn apply(
     }
 }
 
+/// The proposed caption of a moment: the last event if it has just happened.
+fn caption(log: &EventLog, time_s: f64) -> String {
+    /// The greatest age of the event, s.
+    const LONGEST_AGO_S: f64 = 2.0;
+    let last = log.until(time_s).last().filter(|entry| entry.time_s >= time_s - LONGEST_AGO_S);
+    last.map(|entry| entry.text.clone()).unwrap_or_default()
+}
+
 /// Shows the caption of the current bookmark in large letters, as an editable text.
 fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) -> Result {
     let Some(index) = bookmarks.shown else { return Ok(()) };
@@ -203,12 +210,23 @@ fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmark
 mod tests {
     use super::*;
     use crate::viewer::camera::viewpoint::Viewpoint;
+    use naoisis_core::events::MatchEvent;
     use naoisis_core::geometry::Pose;
 
     fn bookmark(cycle: u64, caption: &str) -> Bookmark {
         let view = Viewpoint::behind(Pose::default());
         let camera = ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit };
         Bookmark { cycle, caption: caption.to_owned(), marks: Vec::new(), selected: None, robots_world: false, camera }
+    }
+
+    #[test]
+    fn a_caption_is_an_event_of_this_moment_and_no_old_one() {
+        let mut log = EventLog::default();
+        log.note(10.0, [&MatchEvent::FinalWhistle]);
+        assert_eq!(
+            [9.9, 10.0, 11.5, 13.0].map(|time_s| caption(&log, time_s)),
+            ["", "Final whistle", "Final whistle", ""]
+        );
     }
 
     #[test]

@@ -10,8 +10,9 @@ pub mod summary;
 
 use super::display_settings::is_watching;
 use super::layout::{self, LayoutSystems};
-use super::panels::{TeamNames, state_name};
-use super::theme::{band, bright, card, dim, minutes};
+use super::panels::TeamNames;
+use super::shared::{Playback, clock_words};
+use super::theme::{band, bright, card, dim};
 use goal_replay::GoalReplay;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Game;
@@ -38,19 +39,22 @@ pub(super) fn large_letters(context: &egui::Context) -> f32 {
     (SCORE_SHARE * context.content_rect().height()).clamp(SCORE_HEIGHTS[0], SCORE_HEIGHTS[1])
 }
 
-fn show_score(mut contexts: EguiContexts, game: Res<Game>, clock: Res<CycleClock>, names: TeamNames) -> Result {
+fn show_score(
+    mut contexts: EguiContexts,
+    (game, clock, playback): (Res<Game>, Res<CycleClock>, Res<Playback>),
+    names: TeamNames,
+) -> Result {
     /// The width of the choice of the window's use on both sides, logical pixels.
     const BESIDE: f32 = 360.0;
     /// The width of everything but the names, and of one of their letters, as multiples of the height of the letters.
     const OTHERS: f32 = 8.5;
     const LETTER: f32 = 0.33;
+    /// The width of a window from which on the half is shown, too, logical pixels.
+    const ROOM: f32 = 900.0;
     let context = contexts.ctx_mut()?;
     let size = large_letters(context);
     let names = names.both(context.content_rect().width() - BESIDE - OTHERS * size, LETTER * size);
-    let clock = match game.time_left_s(&clock) {
-        Some(left) => format!("{}   {}", minutes(left), state_name(game.state)),
-        None => minutes(clock.end_time_s() as f32),
-    };
+    let clock = clock_words(&game, &clock, &playback, context.content_rect().width() > ROOM);
     let large = |words: String, share: f32| bright(words).font(FontId::proportional(share * size));
     layout::floating(context, "large score", Align2::CENTER_TOP).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {

@@ -1,0 +1,163 @@
+//! The colours of the lanes, and their legend.
+
+use bevy_egui::egui::{self, Color32, FontId, Rect as Area, Sense, Stroke, WidgetInfo, WidgetType};
+
+use super::tracks::BallSource;
+use crate::viewer::palette;
+use crate::viewer::theme::{dim, text_size};
+use naoisis_core::behaviour::drawings::DrawColour;
+
+/// The colours of intentions in the order of their first use, each with its strength on the panel. Later intentions have these
+/// colours with stripes.
+const WORD_INKS: [(DrawColour, f32); 8] = [
+    (DrawColour::Sky, 0.8),
+    (DrawColour::Yellow, 0.55),
+    (DrawColour::Purple, 0.55),
+    (DrawColour::White, 0.8),
+    (DrawColour::Green, 0.8),
+    (DrawColour::Blue, 0.8),
+    (DrawColour::Yellow, 0.8),
+    (DrawColour::Green, 0.3),
+];
+/// The distance between two stripes, logical pixels.
+const STRIPES: f32 = 4.0;
+
+/// The look of an intention.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct WordLook {
+    colour: Color32,
+    is_striped: bool,
+}
+
+impl WordLook {
+    /// Fills an area.
+    pub(super) fn fill(self, painter: &egui::Painter, area: Area) {
+        painter.rect_filled(area, 1.0, self.colour);
+        let stripes = if self.is_striped { (area.width() / STRIPES) as usize } else { 0 };
+        for stripe in 0..stripes {
+            let x = area.left() + STRIPES * (stripe as f32 + 0.5);
+            painter.vline(x, area.y_range(), Stroke::new(1.0, Color32::from_black_alpha(130)));
+        }
+    }
+
+    /// The colour of text on it: black or white, whichever has the higher contrast on this colour on a panel.
+    pub(super) fn text(self, panel: Color32) -> Color32 {
+        let [r, g, b, _] = panel.blend(self.colour).to_array().map(f32::from);
+        // The weights of the perceived brightness (ITU-R BT.601).
+        let brightness = 0.299 * r + 0.587 * g + 0.114 * b;
+        if brightness > 125.0 { Color32::BLACK } else { Color32::WHITE }
+    }
+}
+
+/// The looks of intentions. Robots without an intention have the empty one, which has no look of its own.
+pub(super) fn word_looks(words: &[String]) -> Vec<WordLook> {
+    let mut next = 0;
+    let look = |word: &String| {
+        let (colour, strength) = WORD_INKS[next % WORD_INKS.len()];
+        let is_striped = next >= WORD_INKS.len();
+        next += usize::from(!word.is_empty());
+        WordLook { colour: ink(colour).gamma_multiply(strength), is_striped }
+    };
+    words.iter().map(look).collect()
+}
+
+/// Returns a colour for a panel.
+pub(super) fn ink(ink: DrawColour) -> Color32 {
+    palette::in_panel(palette::ink(ink))
+}
+
+/// Returns the colour of a source of the ball's position.
+pub(super) fn ball_colour(source: BallSource) -> Color32 {
+    match source {
+        BallSource::Seen => ink(DrawColour::Orange),
+        BallSource::Remembered => ink(DrawColour::Orange).gamma_multiply(0.4),
+        BallSource::Told => ink(DrawColour::Sky),
+        BallSource::Lost => Color32::from_black_alpha(120),
+    }
+}
+
+/// Returns the source in a word.
+pub(super) fn ball_words(source: BallSource) -> &'static str {
+    match source {
+        BallSource::Seen => "seen",
+        BallSource::Remembered => "remembered",
+        BallSource::Told => "told",
+        BallSource::Lost => "lost",
+    }
+}
+
+/// Shows the colours.
+pub(super) fn show_legend(ui: &mut egui::Ui, words: &[String]) {
+    let plain = |colour| WordLook { colour, is_striped: false };
+    let looks = word_looks(words);
+    let words: Vec<_> = looks
+        .into_iter()
+        .zip(words)
+        .filter(|(_, word)| !word.is_empty())
+        .map(|(look, word)| (look, &word[..]))
+        .collect();
+    let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
+    let sources = sources.map(|source| (plain(ball_colour(source)), ball_words(source)));
+    let others = [
+        (plain(ink(DrawColour::Vermilion)), "down, or off the pitch"),
+        (plain(ui.visuals().strong_text_color()), "disc: kick, ring: missed; triangle: mistake"),
+    ];
+    ui.horizontal_wrapped(|ui| {
+        for (group, entries) in [("intention:", &words[..]), ("edge, ball is:", &sources), ("", &others)] {
+            if !(group.is_empty() || entries.is_empty()) {
+                ui.label(dim(group).size(text_size::SMALL));
+            }
+            entries.iter().for_each(|(look, name)| show_entry(ui, *look, name));
+        }
+    });
+}
+
+/// Shows a colour and its meaning, which stay on one line.
+fn show_entry(ui: &mut egui::Ui, look: WordLook, name: &str) {
+    const PATCH: f32 = 9.0;
+    let (font, colour) = (FontId::proportional(text_size::SMALL), ui.visuals().weak_text_color());
+    let words = ui.painter().layout_no_wrap(name.to_owned(), font, colour);
+    let size = egui::vec2(PATCH + 5.0 + words.size().x, words.size().y);
+    let (area, response) = ui.allocate_exact_size(size, Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Label, true, name));
+    look.fill(
+        ui.painter(),
+        Area::from_center_size(area.left_center() + egui::vec2(PATCH / 2.0, 0.0), [PATCH; 2].into()),
+    );
+    ui.painter().galley(area.left_top() + egui::vec2(PATCH + 5.0, 0.0), words, colour);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_intention_has_a_look_of_its_own() {
+        let words: Vec<String> = ["keep", "", "search", "attack", "support", "save", "kick", "receive"]
+            .into_iter()
+            .chain(["clear", "pass", "wait"])
+            .map(str::to_owned)
+            .collect();
+        let looks: Vec<WordLook> = word_looks(&words)
+            .into_iter()
+            .zip(&words)
+            .filter(|(_, word)| !word.is_empty())
+            .map(|(look, _)| look)
+            .collect();
+        for (index, look) in looks.iter().enumerate() {
+            assert!(!looks[..index].contains(look), "{index}");
+        }
+        assert!(!looks[7].is_striped && looks[8].is_striped);
+    }
+
+    #[test]
+    fn words_can_be_read_on_their_colour() {
+        let text = |colour| WordLook { colour, is_striped: false }.text(Color32::BLACK);
+        assert_eq!([text(Color32::from_gray(200)), text(Color32::from_gray(60))], [Color32::BLACK, Color32::WHITE]);
+        // A faint colour looks like its panel.
+        assert_eq!(
+            WordLook { colour: Color32::from_black_alpha(20), is_striped: false }.text(Color32::WHITE),
+            Color32::BLACK
+        );
+    }
+}
