@@ -185,8 +185,8 @@ impl DisplaySettings {
         Switch::Game,
         Switch::Overlays,
         Switch::Cameras,
-        Switch::ManyTimes,
         Switch::Decided,
+        Switch::ManyTimes,
     ];
 
     /// Shows or hides a part of the window.

@@ -161,7 +161,7 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option
             ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
             let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
             let text = RichText::new(&entry.text).color(colour).size(text_size::ENTRY);
-            if link(ui, text, &entry.text).on_hover_text(&entry.text).clicked() {
+            if link(ui, text, &entry.text).on_hover_text("Click: show the moment and the place").clicked() {
                 clicked = Some(Clicked::Event((*entry).clone()));
             }
         });
@@ -174,7 +174,7 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option
 
 /// A text that can be clicked.
 fn link(ui: &mut egui::Ui, text: RichText, name: &str) -> egui::Response {
-    let label = egui::Label::new(text).truncate().sense(egui::Sense::click());
+    let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
     let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
     response
@@ -184,16 +184,20 @@ fn link(ui: &mut egui::Ui, text: RichText, name: &str) -> egui::Response {
 fn headline(swing: &Swing) -> String {
     let (team, before) = (swing.team, 100.0 * swing.before[swing.team]);
     if swing.is_goal {
-        format!("{team}: {before:.0} % → goal")
+        format!("{team}: {before:.0} %, then the goal")
     } else {
-        format!("{team}: {before:.0} → {:.0} %", 100.0 * swing.after[team])
+        format!("{team}: {before:.0} to {:.0} %", 100.0 * swing.after[team])
     }
 }
 
-/// The chance of the other team, and the gain of the difference with its interval.
+/// The chance of the other team, and the change of the difference of both with its interval.
 fn other_words(swing: &Swing) -> String {
     let other = swing.team.opponent();
     let [before, after] = [swing.before, swing.after].map(|share| 100.0 * share[other]);
     let gain = swing.gain;
-    format!("{other}: {before:.0} → {after:.0} %; gain {:.0} ± {:.0}", 100.0 * gain.value, 100.0 * gain.margin())
+    format!(
+        "{other}: {before:.0} to {after:.0} %; the difference by {:.0} ± {:.0}",
+        100.0 * gain.value,
+        100.0 * gain.margin()
+    )
 }
