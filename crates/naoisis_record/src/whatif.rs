@@ -16,6 +16,8 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::simulation::{MatchApp, Snapshot, SnapshotError, play_in_order};
 
+pub mod chances;
+
 /// The state of a match between two cycles as bytes. Each thread restores it into its own world.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Moment {
@@ -24,6 +26,8 @@ pub struct Moment {
     pub time_s: f64,
     /// The score at that time.
     pub score: PerTeam<u32>,
+    /// The state of the game at that time.
+    pub state: GameState,
 }
 
 impl Moment {
@@ -33,7 +37,8 @@ impl Moment {
     /// If the state cannot be saved.
     pub fn of(world: &mut World) -> Result<Moment, SnapshotError> {
         let bytes = Snapshot::take(world)?.to_bytes(world)?;
-        Ok(Moment { bytes, time_s: world.resource::<CycleClock>().end_time_s(), score: score(world) })
+        let time_s = world.resource::<CycleClock>().end_time_s();
+        Ok(Moment { bytes, time_s, score: score(world), state: world.resource::<Game>().state })
     }
 
     /// Restores the match in `world`, to continue as it did.

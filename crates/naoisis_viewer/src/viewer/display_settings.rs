@@ -80,6 +80,8 @@ pub enum Switch {
     Plots,
     /// The repetitions from the moment that is shown.
     ManyTimes,
+    /// The search for what decided the match.
+    Decided,
     /// The cost of a frame.
     Statistics,
     /// Light panels instead of dark ones.
@@ -141,6 +143,8 @@ pub struct DisplaySettings {
     pub plots: bool,
     /// Whether the repetitions from the shown moment are shown.
     pub many_times: bool,
+    /// Whether the search for what decided the match is shown.
+    pub decided: bool,
     /// Whether the cost of a frame is shown.
     pub statistics: bool,
     /// Whether panels are light instead of dark.
@@ -165,6 +169,7 @@ impl Default for DisplaySettings {
             lanes: false,
             plots: false,
             many_times: false,
+            decided: false,
             statistics: false,
             light: false,
             panel_scale: PanelScale::default(),
@@ -174,8 +179,15 @@ impl Default for DisplaySettings {
 
 impl DisplaySettings {
     /// Panels at the right or above the match. Only one of them is open at a time.
-    const OPENED: [Switch; 6] =
-        [Switch::Help, Switch::Commands, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
+    const OPENED: [Switch; 7] = [
+        Switch::Help,
+        Switch::Commands,
+        Switch::Game,
+        Switch::Overlays,
+        Switch::Cameras,
+        Switch::Decided,
+        Switch::ManyTimes,
+    ];
 
     /// Shows or hides a part of the window.
     pub fn toggle(&mut self, switch: Switch) {
@@ -211,6 +223,7 @@ impl DisplaySettings {
             Switch::Lanes => &mut self.lanes,
             Switch::Plots => &mut self.plots,
             Switch::ManyTimes => &mut self.many_times,
+            Switch::Decided => &mut self.decided,
             Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,
         }

@@ -8,6 +8,7 @@ use bevy::winit::{UpdateMode, WINIT_WINDOWS, WinitSettings};
 use core::time::Duration;
 
 use super::camera::ViewerCamera;
+use super::decided::Decided;
 use super::film::Filming;
 use super::many_times::ManyTimes;
 use super::match_panel::trace_reading::TraceReading;
@@ -68,13 +69,15 @@ fn choose_frames(
     mut events: MessageReader<WindowEvent>,
     time: Res<Time<Real>>,
     hidden: Res<Hidden>,
-    (playback, filming, many): (Res<Playback>, Res<Filming>, Res<ManyTimes>),
+    (playback, filming): (Res<Playback>, Res<Filming>),
+    (many, decided): (Res<ManyTimes>, Res<Decided>),
     reading: Option<Res<TraceReading>>,
     mut quiet: Local<(f32, u32)>,
     mut settings: ResMut<WinitSettings>,
 ) {
     let is_busy = !playback.paused
         || many.run.as_ref().is_some_and(|run| run.is_running)
+        || decided.is_running()
         || reading.is_some_and(|reading| reading.is_on());
     let is_quiet = events.read().count() == 0 && !is_busy;
     *quiet = if is_quiet { (quiet.0 + time.delta_secs(), quiet.1.saturating_add(1)) } else { (0.0, 0) };

@@ -76,6 +76,12 @@ impl Keyframes {
         self.kept().moments.keys().next_back().copied()
     }
 
+    /// Returns the cycles of the keyframes for which `is_meant` holds, in order.
+    pub fn cycles(&self, is_meant: impl Fn(&Moment) -> bool) -> Vec<u64> {
+        let kept = self.kept();
+        kept.moments.iter().filter(|(_, moment)| is_meant(moment)).map(|(cycle, _)| *cycle).collect()
+    }
+
     /// Notes that an action by hand happened in the current cycle: a keyframe is added after it.
     pub fn note_change(&self) {
         self.kept().is_changed = true;

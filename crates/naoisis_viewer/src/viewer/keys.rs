@@ -105,6 +105,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyG, "G", "Lanes: the whole match", Action::Toggle(Switch::Lanes)),
     binding(KeyCode::KeyQ, "Q", "Plots of any number", Action::Toggle(Switch::Plots)),
     binding(KeyCode::KeyT, "T", "This moment, many times", Action::Toggle(Switch::ManyTimes)),
+    binding(KeyCode::KeyA, "A", "What decided it", Action::Toggle(Switch::Decided)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
     binding(KeyCode::KeyS, "S", "Shadows, smooth edges", Action::Toggle(Switch::FineDrawing)),

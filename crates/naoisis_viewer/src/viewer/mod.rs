@@ -41,6 +41,7 @@
 //! | [`frames`] | fewer frames while nothing moves |
 //! | [`ghosts`] | another branch on the same pitch, translucent |
 //! | [`many_times`] | repetitions of a moment with other random numbers |
+//! | [`decided`] | what decided the match: the largest swings of the chance to score, with their mistakes |
 //! | [`lanes`] | the whole match, one lane per robot; jumps to events |
 //! | [`plots`] | numbers of robots and the ball over the whole match |
 //! | `time_axis` | the time axis of lanes and plots |
@@ -89,6 +90,7 @@ mod colour_vision;
 mod command_list;
 mod contact_shadows;
 pub mod cycle_samples;
+pub mod decided;
 pub mod display_settings;
 mod drawing;
 pub mod drive;
@@ -215,6 +217,7 @@ impl PluginGroup for ViewerPlugins {
             .add(lanes::LanesPlugin)
             .add(plots::PlotsPlugin)
             .add(many_times::ManyTimesPlugin)
+            .add(decided::DecidedPlugin)
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)
             .add(memory::MemoryPlugin)

@@ -23,6 +23,7 @@
 //! | `event` | the selected event |
 //! | `branches` | the number of branches, and the index of the one that is shown |
 //! | `many_times` | the number of finished repetitions, and whether they are running |
+//! | `decided` | of the search for what decided the match: the number of moments with chances, whether it is running, and the beginning and end of the swings, s, the largest first |
 //! | `behaviour` | the number of state components of the selected robot's behaviour at the moment that is shown; null if unknown |
 //! | `free` | the free area for the match: its upper left and its lower right corner, logical pixels |
 //! | `goal_replay` | the text of the goal that is replayed; null otherwise |
@@ -47,6 +48,7 @@ use std::path::Path;
 
 use super::branches::Branches;
 use super::camera::ViewerCamera;
+use super::decided::Decided;
 use super::display_settings::{DisplaySettings, Workspace};
 use super::event_filter::ListedEvents;
 use super::events_panel::ShownEvent;
@@ -153,6 +155,7 @@ struct Reported<'w, 's> {
     statistics: Res<'w, FrameStatistics>,
     branches: Res<'w, Branches>,
     many_times: Res<'w, ManyTimes>,
+    decided: Res<'w, Decided>,
     behaviour: Res<'w, ShownState>,
     free: Res<'w, FreeArea>,
     watched: (Res<'w, GoalReplay>, Res<'w, FinalSummary>),
@@ -228,6 +231,8 @@ impl Reported<'_, '_> {
             "widgets": self.widgets.0,
         });
         let (plots, listed, ghosts, undo) = &self.looked;
+        let swings: Vec<[f64; 2]> = self.decided.swings().iter().map(|swing| [swing.from_s, swing.until_s]).collect();
+        state["decided"] = json!([self.decided.chances().count(), self.decided.is_running(), swings]);
         state["plots"] = json!(plots.counts());
         state["events"] = json!([listed.entries.len(), listed.hidden]);
         state["ghosts"] = match ghosts.of {

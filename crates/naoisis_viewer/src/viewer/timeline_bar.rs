@@ -18,7 +18,7 @@ use naoisis_record::record::match_marks::{Mark, MarkKind};
 
 /// The least width of the bar, and the width of the parts beside it, logical pixels.
 const LEAST_WIDTH: f32 = 120.0;
-const BESIDE_BAR: f32 = 400.0;
+const BESIDE_BAR: f32 = 510.0;
 /// The height of the bar, and the margins at its ends, logical pixels.
 const HEIGHT: f32 = 18.0;
 const END: f32 = 6.0;
@@ -94,6 +94,13 @@ fn show_bar(
                 .clicked()
             {
                 actions.write(Action::Toggle(Switch::ManyTimes));
+            }
+            if ui
+                .button("What decided it")
+                .on_hover_text("A: finds the moments that changed the chances to score most, and the mistakes there")
+                .clicked()
+            {
+                actions.write(Action::Toggle(Switch::Decided));
             }
             if !timeline.is_replay() {
                 // The button is always there, so that the bar does not move under the mouse.

@@ -139,7 +139,8 @@ fn read_records(
         *lanes = Lanes { tracks, keyframes: keyframes.clone(), kind, ..default() };
         part.0 = None;
     }
-    let is_wanted = display.lanes || lanes.is_wanted || filter.is_some_and(|filter| filter.has_mistakes());
+    let is_wanted =
+        display.lanes || display.decided || lanes.is_wanted || filter.is_some_and(|filter| filter.has_mistakes());
     let Some(last) = history.last_cycle().filter(|_| is_wanted) else { return };
     let next = |tracks: &Tracks| tracks.last_cycle().map_or(0, |last| last + 1);
     if let Some(read) = &lanes.read {

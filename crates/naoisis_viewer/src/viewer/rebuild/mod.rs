@@ -39,7 +39,7 @@ impl Plugin for RebuildPlugin {
         app.init_resource::<Keyframes>()
             .init_resource::<Rebuilt>()
             .init_resource::<ShownState>()
-            .add_systems(Update, (begin, ask, listen).chain().in_set(RebuildSystems))
+            .add_systems(Update, (begin, add_records, ask, listen).chain().in_set(RebuildSystems))
             .add_systems(PostUpdate, read_state.before(OverlaySystems));
     }
 }
@@ -89,6 +89,8 @@ pub struct Rebuilt {
     of: Keyframes,
     /// The cycle of the last request.
     asked: Option<u64>,
+    /// The last cycle of the records of a trace that the thread has.
+    records_until: Option<u64>,
 }
 
 impl Rebuilt {
@@ -141,6 +143,8 @@ struct Thread {
 enum Request {
     /// Replay the match of a trace, in place of any other.
     Play(Box<PlayAgain>),
+    /// Replay the match of the trace further: these are all its records so far.
+    More(History),
     /// Rebuild a moment, in place of any other.
     Rebuild(Box<Wanted>),
     /// Cancel everything.
@@ -212,6 +216,7 @@ fn begin(
     let Some(simulator) = simulator.filter(|_| !rebuilt.of.is_same(&keyframes)) else { return };
     rebuilt.of = keyframes.clone();
     rebuilt.asked = None;
+    rebuilt.records_until = history.last_cycle();
     rebuilt.progress = RebuildProgress::Nothing;
     if let Some(scenario) = timeline.trace_scenario() {
         rebuilt.progress = RebuildProgress::Until(0);
@@ -224,6 +229,18 @@ fn begin(
         rebuilt.ask(&simulator, Request::Play(Box::new(play)));
     } else if rebuilt.thread.is_some() {
         rebuilt.ask(&simulator, Request::Forget);
+    }
+}
+
+/// Passes on the records of a trace that have been read since, while the others are shown.
+fn add_records(timeline: Res<Timeline>, history: Res<History>, mut rebuilt: ResMut<Rebuilt>) {
+    let is_more = history.last_cycle() > rebuilt.records_until;
+    if is_more && timeline.is_replay() && matches!(rebuilt.progress, RebuildProgress::Until(_)) {
+        rebuilt.records_until = history.last_cycle();
+        if let Some(thread) = &rebuilt.thread {
+            // If the thread has ended, its last reply says why.
+            let _nobody_listens = thread.requests.send(Request::More(history.clone()));
+        }
     }
 }
 

@@ -124,3 +124,31 @@ fn where_behaviours_are_others_than_those_of_the_trace_it_is_said() {
     shown_state(&mut replay, is_said);
     assert!(matches!(replay.world().resource::<Rebuilt>().progress, RebuildProgress::Differs(_)));
 }
+
+#[test]
+fn a_trace_that_is_still_being_read_is_played_again_to_its_end() {
+    let (mut trace, _) = trace();
+    let mut whole = trace.history.clone();
+    let last = whole.last_cycle().unwrap();
+    trace.history = whole.until(60).unwrap();
+    let mut replay = app();
+    start_replay(replay.world_mut(), trace).unwrap();
+    send(&mut replay, ViewerCommand::TogglePause);
+    let wait_until = |replay: &mut App, cycle: u64| {
+        for _ in 0..20_000 {
+            replay.update();
+            if replay.world().resource::<Rebuilt>().progress == RebuildProgress::Until(cycle) {
+                return;
+            }
+            thread::yield_now();
+        }
+        panic!("{:?}, not until {cycle}", replay.world().resource::<Rebuilt>().progress);
+    };
+    wait_until(&mut replay, 60);
+    for cycle in 61..=last {
+        let record = whole.record(cycle).unwrap().unwrap();
+        replay.world_mut().resource_mut::<History>().push(&record).unwrap();
+    }
+    wait_until(&mut replay, last);
+    assert_eq!(replay.world().resource::<Keyframes>().last(), Some(150));
+}

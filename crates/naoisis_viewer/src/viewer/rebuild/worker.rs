@@ -47,6 +47,12 @@ pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &
                 wanted = None;
                 again = Again::begin(simulator(), *play, replies);
             }
+            Some(Request::More(records)) => {
+                if let Some(again) = &mut again {
+                    again.play.records = records;
+                    again.is_over = again.is_other;
+                }
+            }
             Some(Request::Rebuild(new)) => wanted = Some(*new),
             Some(Request::Forget) => (again, wanted) = (None, None),
             None => {}
@@ -69,7 +75,10 @@ pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &
 struct Again {
     app: App,
     play: PlayAgain,
+    /// Whether there is nothing to replay at present.
     is_over: bool,
+    /// Whether it has become another match.
+    is_other: bool,
 }
 
 impl Again {
@@ -89,7 +98,7 @@ impl Again {
         keep_if_due(app.world_mut());
         match play.keyframes.fault() {
             Some(fault) => fail(fault),
-            None => Some(Self { app, play, is_over: false }),
+            None => Some(Self { app, play, is_over: false, is_other: false }),
         }
     }
 
@@ -113,9 +122,9 @@ impl Again {
         // Only some cycles are compared, because reading a record takes longer than playing a cycle.
         let cycle = self.until();
         let record = self.play.records.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
-        let is_other = record.is_some_and(|record| !is_same(&mut self.app, &record, &self.play.fields));
-        self.is_over = is_other;
-        let reply = if is_other { Reply::Differs(cycle) } else { Reply::PlayedAgain(cycle) };
+        self.is_other = record.is_some_and(|record| !is_same(&mut self.app, &record, &self.play.fields));
+        self.is_over = self.is_other;
+        let reply = if self.is_other { Reply::Differs(cycle) } else { Reply::PlayedAgain(cycle) };
         let _nobody_listens = replies.send(reply);
     }
 }

@@ -11,12 +11,12 @@ use std::thread;
 
 use super::goal_replay::GoalReplay;
 use super::large_letters;
-use crate::viewer::display_settings::is_watching;
+use crate::viewer::display_settings::{Switch, is_watching};
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::new_file::{stem, write_new};
 use crate::viewer::palette;
-use crate::viewer::shared::{Notice, Playback, is_over};
+use crate::viewer::shared::{Action, Notice, Playback, is_over};
 use crate::viewer::theme::{card, dim, minutes, team_colour};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
@@ -115,7 +115,12 @@ fn read_by_thread(scenario: Scenario, mut history: History) -> io::Result<Receiv
     Ok(receiver)
 }
 
-fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut notice: ResMut<Notice>) -> Result {
+fn show_summary(
+    mut contexts: EguiContexts,
+    mut shown: ResMut<FinalSummary>,
+    mut notice: ResMut<Notice>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
     if !shown.is_shown() {
         return Ok(());
     }
@@ -176,6 +181,10 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut
                 is_closed = ui.button("Close").clicked();
                 let hint = "Saves the statistics as a picture in the current folder";
                 is_saved = ui.button("Save as PNG").on_hover_text(hint).clicked();
+                let hint = "A: finds the moments that changed the chances to score most, and the mistakes there";
+                if ui.button("What decided it").on_hover_text(hint).clicked() {
+                    actions.write(Action::Toggle(Switch::Decided));
+                }
             });
         });
     });

@@ -1,0 +1,203 @@
+//! The panel: the progress, the chart of the chances, and the largest swings with their reasons.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{self, DragValue, ProgressBar, RichText, WidgetInfo, WidgetType};
+
+use super::chart::Chart;
+use super::reasons::reasons;
+use super::{Decided, DecidedCommand, awaited, refusal, restarts};
+use crate::viewer::display_settings::Switch;
+use crate::viewer::event_filter::FoundMistakes;
+use crate::viewer::event_log::{EventLog, LogEntry};
+use crate::viewer::events_panel::EventChoice;
+use crate::viewer::keyframes::{Keyframes, Simulator};
+use crate::viewer::lanes::Lanes;
+use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
+use crate::viewer::rebuild::{RebuildProgress, Rebuilt};
+use crate::viewer::shared::{Action, Playback, TimelineCommand};
+use crate::viewer::theme::{band, bright, dim, minutes, problem_colour, team_colour, text_size};
+use crate::viewer::timeline::Timeline;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::team::Team;
+use naoisis_record::record::history::History;
+use naoisis_record::whatif::chances::{Chance, Swing};
+
+/// The panel.
+const DOCK: Dock = Dock { name: "decided", edge: Edge::Right, size: 400.0, least: 260.0, most_share: 0.5 };
+/// The number of swings that are listed.
+const LISTED: usize = 8;
+
+/// What was clicked.
+enum Clicked {
+    /// A time, s.
+    Time(f64),
+    /// A mistake or a kick.
+    Event(LogEntry),
+}
+
+pub(super) fn show(
+    mut contexts: EguiContexts,
+    mut decided: ResMut<Decided>,
+    (clock, history, timeline): (Res<CycleClock>, Res<History>, Res<Timeline>),
+    (keyframes, rebuilt, simulator): (Res<Keyframes>, Res<Rebuilt>, Option<Res<Simulator>>),
+    (log, lanes, found): (Res<EventLog>, Res<Lanes>, Res<FoundMistakes>),
+    mut commands: MessageWriter<DecidedCommand>,
+    (mut moments, mut choices): (MessageWriter<TimelineCommand>, MessageWriter<EventChoice>),
+    (mut playback, mut sizes): (ResMut<Playback>, ResMut<PanelSizes>),
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let mut clicked = None;
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        if title(ui, "What decided it") {
+            actions.write(Action::Toggle(Switch::Decided));
+        }
+        if let Some(reason) = refusal(&keyframes, &rebuilt, simulator.is_some()) {
+            ui.label(format!("It cannot be found for this match: {reason}."));
+            return;
+        }
+        show_head(ui, &mut decided, awaited(&timeline, &rebuilt, &history, clock.period_s), &mut commands);
+        if let RebuildProgress::Differs(from) = &rebuilt.progress {
+            let at = minutes((*from as f64 * clock.period_s) as f32);
+            let words = format!("Replayed, the match is another one from {at} on: it is played from moments before.");
+            ui.label(RichText::new(words).color(problem_colour(ui)).size(text_size::ENTRY));
+        }
+        let chances: Vec<Chance> = decided.chances().map(|(_, chance)| *chance).collect();
+        if chances.is_empty() {
+            return;
+        }
+        let restarts = restarts(&history, &keyframes, clock.period_s);
+        let listed = &decided.swings()[..decided.swings().len().min(LISTED)];
+        show_legend(ui, decided.played_s);
+        let whole_s = history
+            .cycles()
+            .map_or([0.0, 1.0], |cycles| [*cycles.start(), *cycles.end()].map(|cycle| cycle as f64 * clock.period_s));
+        let now_s = clock.end_time_s();
+        let chart = Chart { chances: &chances, restarts: &restarts, swings: listed, whole_s, now_s };
+        clicked = chart.show(ui).map(Clicked::Time);
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            if listed.is_empty() {
+                ui.label(dim("No change of the chances is larger than their statistical noise so far."));
+            }
+            let mistakes = || lanes.tracks.mistakes().iter().zip(&found.0);
+            for swing in listed {
+                let reasons = reasons(swing, mistakes(), log.until(f64::INFINITY));
+                if let Some(there) = show_swing(ui, swing, &reasons) {
+                    clicked = Some(there);
+                }
+            }
+        });
+    });
+    match clicked {
+        Some(Clicked::Time(time_s)) => {
+            moments.write(TimelineCommand::GoTo((time_s / clock.period_s).round() as u64));
+            playback.paused = true;
+        }
+        Some(Clicked::Event(entry)) => drop(choices.write(EventChoice(entry))),
+        None => {}
+    }
+    Ok(())
+}
+
+fn show_head(ui: &mut egui::Ui, decided: &mut Decided, awaited: usize, commands: &mut MessageWriter<DecidedCommand>) {
+    let progress = decided.progress(awaited);
+    let is_wanted = decided.wanted.is_some() && progress.played < progress.all;
+    ui.horizontal(|ui| {
+        ui.add_enabled(!is_wanted, DragValue::new(&mut decided.times).range(4..=1000).suffix(" times"))
+            .on_hover_text("Repetitions of each moment: four times as many are twice as precise");
+        ui.label("for");
+        ui.add_enabled(!is_wanted, DragValue::new(&mut decided.for_s).range(2.0..=120.0).suffix(" s"));
+        let is_complete = progress.played >= progress.all && decided.for_s == decided.played_s;
+        if is_wanted {
+            if ui.button("Stop").clicked() {
+                commands.write(DecidedCommand::Stop);
+            }
+        } else if is_complete && progress.played > 0 {
+            let hint = "Plays every moment as many times again: smaller swings become certain";
+            if ui.button("More precisely").on_hover_text(hint).clicked() {
+                commands.write(DecidedCommand::Again);
+            }
+        } else if ui.button("Begin").on_hover_text("Plays on from every 5 s, with other random numbers").clicked() {
+            commands.write(DecidedCommand::Begin);
+        }
+    });
+    let share = progress.played as f32 / progress.all.max(1) as f32;
+    let words = format!("{} of {} moments", progress.played, progress.all);
+    ui.add(ProgressBar::new(share).desired_height(16.0).text(RichText::new(words).size(text_size::SMALL)));
+}
+
+fn show_legend(ui: &mut egui::Ui, for_s: f64) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        for team in Team::BOTH {
+            band(ui, team, egui::Vec2::splat(8.0));
+            ui.label(RichText::new(team.name()).color(team_colour(ui, team)).size(text_size::SMALL));
+        }
+        ui.label(dim(format!("chance to score first, within {for_s:.0} s")).size(text_size::SMALL));
+    });
+}
+
+/// Shows a swing with its reasons. Returns what was clicked.
+fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option<Clicked> {
+    let mut clicked = None;
+    ui.separator();
+    ui.horizontal(|ui| {
+        let times = [swing.from_s, swing.until_s].map(|time_s| minutes(time_s as f32));
+        ui.label(dim(format!("{} to {}", times[0], times[1])).monospace().size(text_size::SMALL));
+        let words = headline(swing);
+        let text = RichText::new(&words).color(team_colour(ui, swing.team)).strong().size(text_size::IMPORTANT);
+        if link(ui, text, &words).on_hover_text("Click: show the moment at which it began").clicked() {
+            clicked = Some(Clicked::Time(swing.from_s));
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.label(bright(format!("{} : {}", swing.score.blue, swing.score.pink)).size(text_size::ENTRY))
+                .on_hover_text("The score then, blue : pink");
+        });
+    });
+    ui.label(dim(other_words(swing)).size(text_size::SMALL));
+    for entry in reasons {
+        ui.horizontal(|ui| {
+            ui.add_space(10.0);
+            ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
+            let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
+            let text = RichText::new(&entry.text).color(colour).size(text_size::ENTRY);
+            if link(ui, text, &entry.text).on_hover_text("Click: show the moment and the place").clicked() {
+                clicked = Some(Clicked::Event((*entry).clone()));
+            }
+        });
+    }
+    if reasons.is_empty() {
+        ui.label(dim("   no mistakes and no kicks").size(text_size::SMALL));
+    }
+    clicked
+}
+
+/// A text that can be clicked.
+fn link(ui: &mut egui::Ui, text: RichText, name: &str) -> egui::Response {
+    let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
+    let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
+    response
+}
+
+/// The chance of the team that gained, before and after.
+fn headline(swing: &Swing) -> String {
+    let (team, before) = (swing.team, 100.0 * swing.before[swing.team]);
+    if swing.is_goal {
+        format!("{team}: {before:.0} %, then the goal")
+    } else {
+        format!("{team}: {before:.0} to {:.0} %", 100.0 * swing.after[team])
+    }
+}
+
+/// The chance of the other team, and the change of the difference of both with its interval.
+fn other_words(swing: &Swing) -> String {
+    let other = swing.team.opponent();
+    let [before, after] = [swing.before, swing.after].map(|share| 100.0 * share[other]);
+    let gain = swing.gain;
+    format!(
+        "{other}: {before:.0} to {after:.0} %; the difference by {:.0} ± {:.0}",
+        100.0 * gain.value,
+        100.0 * gain.margin()
+    )
+}
