@@ -6,6 +6,7 @@ use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowEvent, WindowOccluded};
 use bevy::winit::{UpdateMode, WINIT_WINDOWS, WinitSettings};
 use core::time::Duration;
+use std::thread;
 
 use super::camera::ViewerCamera;
 use super::decided::Decided;
@@ -21,6 +22,9 @@ const AWAKE: (f32, u32) = (1.5, 6);
 const AT_REST: Duration = Duration::from_secs(4);
 /// The time between two frames of a window that cannot be seen.
 const HIDDEN: Duration = Duration::from_millis(500);
+
+/// The time for which a frame of a hidden window waits: events and panels may ask for more frames than [`HIDDEN`] has.
+const HIDDEN_WAIT: Duration = Duration::from_millis(100);
 
 /// Chooses how often frames are drawn.
 pub struct FramesPlugin;
@@ -55,13 +59,16 @@ fn look_whether_hidden(
     hidden.is_minimised = minimised.unwrap_or(false);
 }
 
-/// Leaves out the picture of a window that cannot be seen: without a graphics card it would take most of a core.
+/// Leaves out the picture of a window that cannot be seen, which takes most of a core without a graphics card, and waits a little.
 fn draw_unless_hidden(hidden: Res<Hidden>, filming: Res<Filming>, mut cameras: Query<&mut Camera, With<ViewerCamera>>) {
     let is_drawn = filming.is_on() || !(hidden.is_minimised || hidden.is_covered);
     for mut camera in &mut cameras {
         if camera.is_active != is_drawn {
             camera.is_active = is_drawn;
         }
+    }
+    if !is_drawn {
+        thread::sleep(HIDDEN_WAIT);
     }
 }
 
