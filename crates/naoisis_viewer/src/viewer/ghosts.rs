@@ -125,7 +125,7 @@ fn compare(
                 (GhostsOf::Branch(index), _) => branches.list().get(index).map_or("", |branch| &branch.name),
                 _ => "",
             };
-            notice.tell(format!("Behind this match, at the same time: {name}. A: ends it"));
+            notice.tell(format!("Behind this match, at the same time: {name}. Z: ends it"));
         }
         Err(message) => notice.tell(message),
     }

@@ -93,7 +93,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F5, "F5", "Through its first camera", Action::View(ViewPreset::RobotCamera(CameraName::TOP))),
     binding(KeyCode::F6, "F6", "Through its last camera", Action::View(ViewPreset::RobotCamera(CameraName::BOTTOM))),
     binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
-    binding(KeyCode::KeyA, "A", "Another match beside this one", Action::Compare),
+    binding(KeyCode::KeyZ, "Z", "Another match beside this one", Action::Compare),
     binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(SelectionCommand::Next)),
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(SelectionCommand::Previous))),
     binding(KeyCode::Escape, "Esc", "No robot", Action::Select(SelectionCommand::Nobody)),

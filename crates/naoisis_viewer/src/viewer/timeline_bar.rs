@@ -210,7 +210,7 @@ fn show_branches(
         let beside = disc + egui::vec2(7.0, 0.0);
         ui.painter().text(beside, egui::Align2::LEFT_CENTER, "ghosts", font, colour);
         if response
-            .on_hover_text("Shows its robots and ball, translucent, at the same moment; A: on a pitch of its own")
+            .on_hover_text("Shows its robots and ball, translucent, at the same moment; Z: on a pitch of its own")
             .clicked()
         {
             clicked = Some(Clicked::Ghosts(index));
