@@ -10,7 +10,7 @@ use super::{Decided, DecidedCommand, awaited, refusal, restarts};
 use crate::viewer::display_settings::Switch;
 use crate::viewer::event_filter::FoundMistakes;
 use crate::viewer::event_log::{EventLog, LogEntry};
-use crate::viewer::events_panel::EventChoice;
+use crate::viewer::events_panel::{EventChoice, ShownEvent};
 use crate::viewer::keyframes::{Keyframes, Simulator};
 use crate::viewer::lanes::Lanes;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
@@ -44,7 +44,7 @@ pub(super) fn show(
     (log, lanes, found): (Res<EventLog>, Res<Lanes>, Res<FoundMistakes>),
     mut commands: MessageWriter<DecidedCommand>,
     (mut moments, mut choices): (MessageWriter<TimelineCommand>, MessageWriter<EventChoice>),
-    (mut playback, mut sizes): (ResMut<Playback>, ResMut<PanelSizes>),
+    (mut playback, mut sizes, mut shown): (ResMut<Playback>, ResMut<PanelSizes>, ResMut<ShownEvent>),
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let mut clicked = None;
@@ -92,6 +92,8 @@ pub(super) fn show(
         Some(Clicked::Time(time_s)) => {
             moments.write(TimelineCommand::GoTo((time_s / clock.period_s).round() as u64));
             playback.paused = true;
+            // The mark of an event that was clicked before does not belong to this moment.
+            shown.0 = None;
         }
         Some(Clicked::Event(entry)) => drop(choices.write(EventChoice(entry))),
         None => {}
@@ -150,6 +152,8 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option
             clicked = Some(Clicked::Time(swing.from_s));
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            // The bar of the list is drawn over its right edge.
+            ui.add_space(10.0);
             ui.label(bright(format!("{} : {}", swing.score.blue, swing.score.pink)).size(text_size::ENTRY))
                 .on_hover_text("The score then, blue : pink");
         });

@@ -27,3 +27,41 @@ pub(super) fn reasons<'a>(
 fn last<'a, 'b>(entries: &'b [&'a LogEntry]) -> &'b [&'a LogEntry] {
     &entries[entries.len().saturating_sub(MOST)..]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::prelude::*;
+    use naoisis_core::team::{PerTeam, RobotId, Team};
+    use naoisis_record::record::mistakes::MistakeKind;
+    use naoisis_record::whatif::chances::{Chance, swings};
+
+    #[test]
+    fn mistakes_of_the_team_that_lost_by_a_swing_and_kicks_in_it_are_its_reasons() {
+        let score = PerTeam { blue: 0, pink: 0 };
+        let chance = |time_s, blue| Chance { time_s, score, times: 100, first: PerTeam { blue, pink: 0 } };
+        let swings = swings(&[chance(10.0, 0), chance(15.0, 90)], &[]);
+        let mistake = |team, from_s, until_s| Mistake {
+            kind: MistakeKind::BallMisplaced,
+            robot: RobotId::new(team, 2),
+            other: None,
+            from_s,
+            until_s,
+            position_m: Vec2::ZERO,
+            worst: None,
+        };
+        let mistakes = [
+            mistake(Team::Pink, 2.0, 9.0),
+            mistake(Team::Pink, 8.0, 11.0),
+            mistake(Team::Blue, 11.0, 12.0),
+            mistake(Team::Pink, 14.0, 20.0),
+            mistake(Team::Pink, 16.0, 16.0),
+        ];
+        let entry = |time_s, kind| LogEntry { time_s, kind, ..default() };
+        let entries = mistakes.map(|mistake| entry(mistake.from_s, LogKind::Mistake));
+        let log = [(9.0, LogKind::Kick), (12.0, LogKind::Kick), (13.0, LogKind::Fall)];
+        let log = log.map(|(time_s, kind)| entry(time_s, kind));
+        let reasons = reasons(&swings[0], mistakes.iter().zip(&entries), &log);
+        assert_eq!(reasons.iter().map(|entry| entry.time_s).collect::<Vec<_>>(), [8.0, 12.0, 14.0]);
+    }
+}

@@ -126,7 +126,8 @@ fn show_summary(
     }
     let Some(summary) = &shown.summary else { return Ok(()) };
     let context = contexts.ctx_mut()?;
-    let letters = 0.4 * large_letters(context);
+    // With the goals of an ordinary match, it fits into a window of 720 logical pixels.
+    let letters = 0.33 * large_letters(context);
     let (mut is_closed, mut is_saved) = (false, false);
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
