@@ -256,10 +256,10 @@ mod tests {
         let rising = chances(&[(0, 0), (30, 0), (60, 0), (90, 0), (90, 0)]);
         assert_eq!(found(&rising, &[]), [(0.0, 15.0, Team::Blue, 90.0)]);
         // A step without a share in the swing is no part of it.
-        assert_eq!(found(&chances(&[(0, 0), (5, 0), (60, 0)]), &[]), [(5.0, 10.0, Team::Blue, 55.0)]);
+        assert_eq!(found(&chances(&[(0, 0), (3, 0), (60, 0)]), &[]), [(5.0, 10.0, Team::Blue, 57.0)]);
         let there_and_back = chances(&[(0, 0), (50, 0), (0, 0)]);
         assert_eq!(found(&there_and_back, &[]), [(0.0, 5.0, Team::Blue, 50.0), (5.0, 10.0, Team::Pink, 50.0)]);
-        let long = chances(&[(0, 0), (20, 0), (40, 0), (60, 0), (80, 0)]);
-        assert_eq!(found(&long, &[])[0], (0.0, 15.0, Team::Blue, 60.0), "longer than 15 s is not one swing");
+        let long = chances(&[(0, 0), (25, 0), (50, 0), (75, 0), (95, 0)]);
+        assert_eq!(found(&long, &[])[0], (0.0, 15.0, Team::Blue, 75.0), "longer than 15 s is not one swing");
     }
 }
