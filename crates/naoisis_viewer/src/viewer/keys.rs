@@ -344,7 +344,7 @@ mod tests {
         let actions = |key, shift, control| actions_of(KeyPress { key, shift, control }).collect::<Vec<_>>();
         assert_eq!(actions(KeyCode::KeyV, true, false), [Action::NextWorkspace(-1)]);
         assert_eq!(actions(KeyCode::KeyZ, false, true), [Action::Hand(HandAction::Undo)]);
-        assert_eq!(actions(KeyCode::KeyZ, false, false), []);
+        assert_eq!(actions(KeyCode::KeyZ, false, false), [Action::Compare]);
         let pink2 = Action::Select(SelectionCommand::Number(Team::Pink, 2));
         assert_eq!(
             (actions(KeyCode::Digit2, true, false), actions(KeyCode::Digit2, false, true)),
