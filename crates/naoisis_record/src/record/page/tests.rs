@@ -139,7 +139,7 @@ fn a_page_that_would_grow_too_large_leaves_out_and_says_so() {
     assert_eq!(said[0], "To keep the page small, the lines that robots saw are there 5 times a second, from 0:07 on.");
     assert!(said[1].starts_with("To keep the page small, what robots saw, but for the ball, is there"), "{said:?}");
     assert!(said[2].contains("seen or believed, are there 2.5 times a second"), "{said:?}");
-    assert_eq!([&said[1], &said[2]].map(|said| from(said)), ["0:23 on.", "0:53 on."]);
+    assert_eq!([&said[1], &said[2]].map(|said| from(said)), ["0:22 on.", "0:52 on."]);
     // A sample with a list is followed by samples that show the same list again.
     let (_, columns) = &blocks(&page)[4];
     assert_eq!(column(columns, "pink2.t")[..5], [-1, -1, -1, 0, -1]);
