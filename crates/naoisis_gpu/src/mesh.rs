@@ -156,7 +156,7 @@ pub fn ground_mesh(marks: &[GroundMark], unevenness: f32, lowest_m: f32, step_m:
 
 /// Returns the corners of the triangles of an uneven carpet, m, counter-clockwise from above, each with the brightness of the turf there.
 /// `corners` are those of the carpet, the least first and the greatest third.
-pub fn carpet_triangles([least, _, most, _]: [Vec2; 4], unevenness: f32) -> impl Iterator<Item = (Vec2, f32)> {
+fn carpet_triangles([least, _, most, _]: [Vec2; 4], unevenness: f32) -> impl Iterator<Item = (Vec2, f32)> {
     let counts = ((most - least) / turf::TUFT_M).ceil().max(Vec2::ONE);
     let step = (most - least) / counts;
     let squares = (0..counts.x as u32).flat_map(move |x| (0..counts.y as u32).map(move |y| (x, y)));

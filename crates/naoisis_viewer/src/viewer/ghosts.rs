@@ -113,15 +113,12 @@ fn compare(
         *ghosts = Ghosts::default();
         return;
     }
-    let before = kept.stage().map(|(name, stage)| {
-        let is_same_stage = stage.pitch == *pitch && (stage.period_s - clock.period_s).abs() < 1e-9;
-        (is_same_stage, name)
-    });
-    match other(ghosts.of, &branches, before.map(|(is_same_stage, _)| is_same_stage)) {
+    let before = kept.stage();
+    match other(ghosts.of, &branches, before.map(|(_, stage)| stage.fits(&pitch, clock.period_s))) {
         Ok(of) => {
             *ghosts = Ghosts { of: Some(of), beside: true, seen: 0 };
             let name = match (of, before) {
-                (GhostsOf::MatchBefore, Some((_, name))) => name,
+                (GhostsOf::MatchBefore, Some((name, _))) => name,
                 (GhostsOf::Branch(index), _) => branches.list().get(index).map_or("", |branch| &branch.name),
                 _ => "",
             };
@@ -145,14 +142,14 @@ fn other(ghosts: Option<GhostsOf>, branches: &Branches, before: Option<bool>) ->
 /// Ends ghosts whose branch or match is no longer there or is the one that is shown, and moves the second pitch.
 fn end_ghosts(
     mut ghosts: ResMut<Ghosts>,
-    (branches, kept, pitch): (Res<Branches>, Res<Kept>, Res<Pitch>),
+    (branches, kept, pitch, clock): (Res<Branches>, Res<Kept>, Res<Pitch>, Res<CycleClock>),
     present: Query<(Entity, &Ghost)>,
     (mut second, mut read): (ResMut<SecondPitch>, ResMut<Read>),
     mut commands: Commands,
 ) {
     let is_there = match ghosts.of {
         Some(GhostsOf::Branch(index)) => index < branches.list().len() && index != branches.shown(),
-        Some(GhostsOf::MatchBefore) => kept.stage().is_some_and(|(_, stage)| stage.pitch == *pitch),
+        Some(GhostsOf::MatchBefore) => kept.stage().is_some_and(|(_, stage)| stage.fits(&pitch, clock.period_s)),
         None => false,
     };
     if !is_there {

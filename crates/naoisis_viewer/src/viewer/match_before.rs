@@ -75,6 +75,11 @@ pub(super) struct Stage {
 }
 
 impl Stage {
+    /// Returns whether a match on this pitch, with cycles of this duration, s, can be compared with it, cycle by cycle.
+    pub fn fits(&self, pitch: &Pitch, period_s: f64) -> bool {
+        self.pitch == *pitch && (self.period_s - period_s).abs() < 1e-9
+    }
+
     fn of(world: &mut World) -> Stage {
         let pitch = world.get_resource::<Pitch>().cloned().unwrap_or_default();
         let period_s = world.resource::<CycleClock>().period_s;

@@ -106,8 +106,8 @@ fn lay_out_field(
     commands.entity(boards).insert(hall::NotInRobotsImages);
 }
 
-/// Computes the light on the ground for each pixel in fine drawing, with shadows, and once for all pixels otherwise:
-/// without a graphics card, the light on the ground would take most of the time of a frame.
+/// Computes the light on the ground for each pixel in fine drawing, with shadows, and once for all pixels otherwise, which
+/// saves time without a graphics card.
 fn light_ground(
     display: Res<DisplaySettings>,
     ground: Query<Ref<MeshMaterial3d<StandardMaterial>>, With<Ground>>,
