@@ -20,10 +20,11 @@ export function svg(name, attributes = {}, ...children) {
   return element;
 }
 
-/** Minutes and seconds. */
+/** Minutes and seconds, cut as a clock shows them: 59.9 s are 0:59. */
 export function minutes(seconds, digits = 0) {
   const scale = 10 ** digits;
-  const all = Math.round(Math.max(0, seconds) * scale);
+  // Times of cycles may be slightly less than the second by rounding.
+  const all = Math.floor((Math.max(0, seconds) + 1e-4) * scale);
   const rest = (all % (60 * scale)) / scale;
   return `${Math.floor(all / (60 * scale))}:${rest.toFixed(digits).padStart(digits ? 3 + digits : 2, "0")}`;
 }

@@ -171,7 +171,11 @@ impl PageWriter {
         self.last_cycle = Some(record.cycle);
         let CycleRecord { cycle, ball, game, .. } = record;
         let Self { columns, fields, .. } = self;
-        let tenths = |time_s: Option<f64>| time_s.map_or(-1, |time_s| (10.0 * time_s).round() as i32);
+        // The clock shows seconds that are whole, the secondary clock those that have begun. Times of cycles may be less
+        // than the second by rounding.
+        let tenths = |time_s: Option<f64>, whole: fn(f64) -> f64| {
+            time_s.map_or(-1, |time_s| whole((1000.0 * time_s).round() / 100.0) as i32)
+        };
         columns.push(About::Match, "cycle", i32::try_from(*cycle).unwrap_or(i32::MAX));
         let mut add = |field, quantity, value: i32| {
             if fields.has(field) {
@@ -182,8 +186,8 @@ impl PageWriter {
         add("game.half", "half", game.half as i32);
         add("game.score", "blue", game.score.blue.min(MOST_GOALS) as i32);
         add("game.score", "pink", game.score.pink.min(MOST_GOALS) as i32);
-        add("game.time_left_s", "left", tenths(game.time_left_s));
-        add("game.secondary_time_left_s", "second", tenths(game.secondary_time_left_s));
+        add("game.time_left_s", "left", tenths(game.time_left_s, f64::floor));
+        add("game.secondary_time_left_s", "second", tenths(game.secondary_time_left_s, f64::ceil));
         add("game.shoot_out", "shots", shoot_out_number(game.shoot_out.as_ref()));
         add("game.blue_end", "blue_end", i32::from(game.blue_end == End::PositiveX));
         let place = ball.map(|ball| ball.position_m).unwrap_or_default();
