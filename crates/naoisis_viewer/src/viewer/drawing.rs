@@ -18,7 +18,7 @@ impl Plugin for DrawingPlugin {
     }
 }
 
-/// Switches fine drawing off if the processor renders, which then takes a third of the time.
+/// Switches fine drawing off if the processor renders, which then takes a seventh of the time.
 fn suit_adapter(adapter: Option<Res<RenderAdapterInfo>>, mut display: ResMut<DisplaySettings>) {
     if adapter.is_some_and(|adapter| adapter.device_type == DeviceType::Cpu) {
         display.fine_drawing = false;

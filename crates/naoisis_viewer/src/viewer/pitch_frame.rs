@@ -7,6 +7,7 @@
 use bevy::camera::Exposure;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap};
 use bevy::prelude::*;
+use bevy::render::render_resource::ShaderType;
 use core::f32::consts::{FRAC_PI_2, PI};
 
 use super::palette;
@@ -69,14 +70,26 @@ pub fn pitch_from_world() -> Quat {
     world_from_pitch().inverse()
 }
 
-/// Returns the colour in which flat things that face `normal` send the light back, as a multiple of their own colour, as
-/// with the light of the stage. `normal` is in the pitch frame.
-pub fn light_on(normal: Vec3) -> LinearRgba {
-    let exposure = Exposure::default().exposure();
-    let direct = SUN_LUX / PI * SUN_M.normalize().dot(normal).max(0.0);
-    let mut light = LinearRgba::from(palette::SKY) * AMBIENT + LinearRgba::WHITE * direct;
-    light *= exposure;
-    light.with_alpha(1.0)
+/// The light of the hall for shaders that compute it themselves, with the exposure of the camera.
+#[derive(Clone, Copy, PartialEq, Debug, ShaderType)]
+pub struct HallLight {
+    /// The light from all sides that a matt surface sends back, as a multiple of its colour.
+    ambient: LinearRgba,
+    /// The light of the sun that a matt surface facing it sends back, as a multiple of its colour.
+    direct: LinearRgba,
+    /// The direction to the sun, in Bevy's world.
+    to_sun: Vec4,
+}
+
+impl Default for HallLight {
+    fn default() -> Self {
+        let exposure = Exposure::default().exposure();
+        Self {
+            ambient: (LinearRgba::from(palette::SKY) * AMBIENT * exposure).with_alpha(1.0),
+            direct: (LinearRgba::WHITE * (SUN_LUX / PI * exposure)).with_alpha(0.0),
+            to_sun: (world_from_pitch() * SUN_M.normalize()).extend(0.0),
+        }
+    }
 }
 
 fn light_stage(mut commands: Commands, root: Res<PitchRoot>) {
