@@ -49,14 +49,19 @@ fn show_score(
     /// The width of everything but the names, and of one of their letters, as multiples of the height of the letters.
     const OTHERS: f32 = 8.5;
     const LETTER: f32 = 0.33;
-    /// The width of a window from which on the half is shown, too, logical pixels.
+    /// The width of everything with short names, as a multiple of the height of the letters.
+    const LEAST: f32 = 12.5;
+    /// The width of the free area from which on the half is shown, too, logical pixels.
     const ROOM: f32 = 900.0;
     let context = contexts.ctx_mut()?;
     let size = large_letters(context);
-    let names = names.both(context.content_rect().width() - BESIDE - OTHERS * size, LETTER * size);
-    let clock = clock_words(&game, &clock, &playback, context.content_rect().width() > ROOM);
+    let width = layout::free_area(context).width();
+    let names = names.both(width - BESIDE - OTHERS * size, LETTER * size);
+    let clock = clock_words(&game, &clock, &playback, width > ROOM);
+    // Beside a panel there may be no room in the middle.
+    let align = if width < BESIDE + LEAST * size { Align2::LEFT_TOP } else { Align2::CENTER_TOP };
     let large = |words: String, share: f32| bright(words).font(FontId::proportional(share * size));
-    layout::floating(context, "large score", Align2::CENTER_TOP).interactable(false).show(context, |ui| {
+    layout::floating(context, "large score", align).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.set_min_height(1.2 * size);

@@ -30,6 +30,10 @@ use naoisis_record::record::summary_recorder::png;
 use naoisis_record::record::summary_rows::{KickLine, kick_maps, team_rows};
 use naoisis_sim::scenario::Scenario;
 
+/// The height of the button, the margins and the distance to the edges of the window, logical pixels.
+const BESIDE_CONTENTS: f32 = 80.0;
+/// The number of goals in a line of the summary.
+const GOALS_BESIDE: usize = 4;
 /// The ground of maps.
 const TURF: Color32 = Color32::from_rgb(24, 84, 44);
 
@@ -126,58 +130,13 @@ fn show_summary(
     }
     let Some(summary) = &shown.summary else { return Ok(()) };
     let context = contexts.ctx_mut()?;
-    // With the goals of an ordinary match, it fits into a window of 720 logical pixels.
+    // With the goals of an ordinary match, it fits into a window of 720 logical pixels without scrolling.
     let letters = 0.33 * large_letters(context);
+    let most_height = context.content_rect().height() - BESIDE_CONTENTS;
     let (mut is_closed, mut is_saved) = (false, false);
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
-            let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
-            Grid::new("summary").num_columns(3).spacing([2.0 * letters, 0.3 * letters]).show(ui, |ui| {
-                ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))));
-                for team in Team::BOTH {
-                    let name =
-                        summary.teams.as_ref().map_or_else(|| team.name().to_owned(), |names| names[team].clone());
-                    ui.label(text(name).color(team_colour(ui, team)).strong());
-                }
-                ui.end_row();
-                for row in rows(summary) {
-                    for (column, words) in row.into_iter().enumerate() {
-                        ui.label(if column == 0 { text(words).weak() } else { text(words).strong() });
-                    }
-                    ui.end_row();
-                }
-            });
-            if let Some(how) = &summary.how {
-                ui.label(text(how.clone()).strong());
-            }
-            for (time_s, by) in &summary.goals {
-                ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))));
-            }
-            ui.add_space(letters / 2.0);
-            ui.horizontal(|ui| {
-                let PerTeam { blue, pink } = &summary.places;
-                let team = |team| palette::in_panel(palette::team(team));
-                let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::DrawColour::Orange));
-                let maps = [
-                    ("the ball", &summary.ball, ball),
-                    ("blue", blue, team(Team::Blue)),
-                    ("pink", pink, team(Team::Pink)),
-                ];
-                for (words, map, colour) in maps {
-                    ui.vertical(|ui| {
-                        draw_map(ui, map, colour, 9.0 * letters);
-                        ui.label(dim(words));
-                    });
-                }
-            });
-            ui.horizontal(|ui| {
-                for (words, lines) in kick_maps(summary) {
-                    ui.vertical(|ui| {
-                        draw_kicks(ui, &lines, &summary.pitch, 9.0 * letters);
-                        ui.label(dim(words));
-                    });
-                }
-            });
+            egui::ScrollArea::vertical().max_height(most_height).show(ui, |ui| show_contents(ui, summary, letters));
             ui.horizontal(|ui| {
                 is_closed = ui.button("Close").clicked();
                 let hint = "Saves the statistics as a picture in the current folder";
@@ -201,6 +160,57 @@ fn show_summary(
         shown.is_closed = true;
     }
     Ok(())
+}
+
+fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, letters: f32) {
+    let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
+    Grid::new("summary").num_columns(3).spacing([2.0 * letters, 0.3 * letters]).show(ui, |ui| {
+        ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))));
+        for team in Team::BOTH {
+            let name = summary.teams.as_ref().map_or_else(|| team.name().to_owned(), |names| names[team].clone());
+            ui.label(text(name).color(team_colour(ui, team)).strong());
+        }
+        ui.end_row();
+        for row in rows(summary) {
+            for (column, words) in row.into_iter().enumerate() {
+                ui.label(if column == 0 { text(words).weak() } else { text(words).strong() });
+            }
+            ui.end_row();
+        }
+    });
+    if let Some(how) = &summary.how {
+        ui.label(text(how.clone()).strong());
+    }
+    Grid::new("goals").num_columns(GOALS_BESIDE).spacing([2.0 * letters, 0.2 * letters]).show(ui, |ui| {
+        for goals in summary.goals.chunks(GOALS_BESIDE) {
+            for (time_s, by) in goals {
+                ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))));
+            }
+            ui.end_row();
+        }
+    });
+    ui.add_space(letters / 2.0);
+    ui.horizontal(|ui| {
+        let PerTeam { blue, pink } = &summary.places;
+        let team = |team| palette::in_panel(palette::team(team));
+        let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::DrawColour::Orange));
+        let maps =
+            [("the ball", &summary.ball, ball), ("blue", blue, team(Team::Blue)), ("pink", pink, team(Team::Pink))];
+        for (words, map, colour) in maps {
+            ui.vertical(|ui| {
+                draw_map(ui, map, colour, 9.0 * letters);
+                ui.label(dim(words));
+            });
+        }
+    });
+    ui.horizontal(|ui| {
+        for (words, lines) in kick_maps(summary) {
+            ui.vertical(|ui| {
+                draw_kicks(ui, &lines, &summary.pitch, 9.0 * letters);
+                ui.label(dim(words));
+            });
+        }
+    });
 }
 
 /// The statistics of the teams, line by line.
