@@ -4,9 +4,10 @@
 //! overlays ([`DrawColour`](naoisis_core::behaviour::drawings::DrawColour)) are those of Okabe and Ito, which can be distinguished
 //! with any kind of colour blindness.
 
+use bevy::asset::AssetEventSystems;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText, Stroke, Theme, Visuals};
-use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::display_settings::DisplaySettings;
 use super::palette;
@@ -28,7 +29,6 @@ pub(super) mod text_size {
     pub const TEAM: f32 = 17.0;
     pub const TITLE: f32 = 18.0;
     pub const SCORE: f32 = 24.0;
-    pub const ALL: [f32; 7] = [SMALL, ENTRY, IMPORTANT, BUTTON, TEAM, TITLE, SCORE];
 }
 
 /// The systems that prepare the look of panels; systems that show panels run after them.
@@ -42,10 +42,12 @@ impl Plugin for ThemePlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<DisplaySettings>), load_letters)
+            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<DisplaySettings>))
                 .chain()
                 .in_set(ThemeSystems),
-        );
+        )
+        // Otherwise, letters would be missing in the first frame that uses them.
+        .configure_sets(PostUpdate, EguiPostUpdateSet::PostProcessOutput.before(AssetEventSystems));
     }
 }
 
@@ -56,8 +58,6 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
     }
     // On a slow display there can be a whole frame between the press and the release of a click.
     context.options_mut(|options| options.input_options.max_click_duration = LONGEST_CLICK_S);
-    // On a slow display, text would otherwise have gaps: glyphs are drawn a frame late at each new fraction of a pixel.
-    context.all_styles_mut(|style| style.visuals.text_options.subpixel_binning = false);
     Ok(())
 }
 
@@ -84,20 +84,6 @@ fn choose_theme(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Re
     let context = contexts.ctx_mut()?;
     context.set_theme(if display.light { Theme::Light } else { Theme::Dark });
     context.set_zoom_factor(display.panel_scale.factor());
-    Ok(())
-}
-
-/// Loads all letters in each frame. A letter that is not loaded is missing in the first frame that uses it, and egui
-/// drops letters at times.
-fn load_letters(mut contexts: EguiContexts) -> Result {
-    let ctx = contexts.ctx_mut()?;
-    let letters: String = (' '..='~').chain("×−–±²°…▶⏸⏭⟲🎲⛔▾▸✔✖".chars()).collect();
-    let of_style = ctx.global_style().text_styles.values().cloned().collect::<Vec<_>>();
-    let fonts = text_size::ALL.into_iter().flat_map(|size| [FontId::proportional(size), FontId::monospace(size)]);
-    let painter = ctx.layer_painter(egui::LayerId::background());
-    for font in fonts.chain(of_style) {
-        let _loaded = painter.layout_no_wrap(letters.clone(), font, Color32::WHITE);
-    }
     Ok(())
 }
 
