@@ -15,6 +15,8 @@ use naoisis_sim::scenario::LIBRARY;
 
 /// The width of the list, its distance from the upper edge, and its greatest height, logical pixels.
 const WIDTH: f32 = 480.0;
+/// Its least width, also in a smaller window, logical pixels.
+const LEAST_WIDTH: f32 = 100.0;
 const BELOW_SCORE: f32 = 70.0;
 const HEIGHT: f32 = 380.0;
 
@@ -91,7 +93,7 @@ fn show(
     let [closes, enters, up, down] = keys.map(|key| context.input(|input| input.key_pressed(key)));
     panel("commands", Align2::CENTER_TOP, [0.0, BELOW_SCORE]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(12)).show(ui, |ui| {
-            ui.set_width(WIDTH.min(ui.ctx().content_rect().width() - 60.0));
+            ui.set_width(WIDTH.min(ui.ctx().content_rect().width() - 60.0).max(LEAST_WIDTH));
             let text = TextEdit::singleline(&mut typed.text).hint_text("Find a command").desired_width(f32::INFINITY);
             let text = ui.add(text);
             text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Find a command"));

@@ -86,6 +86,8 @@ pub enum Switch {
     Statistics,
     /// Light panels instead of dark ones.
     Light,
+    /// Larger panels, thicker lines and a legend of the overlays, for a projector.
+    Projector,
 }
 
 /// The size of panels and their text.
@@ -149,6 +151,8 @@ pub struct DisplaySettings {
     pub statistics: bool,
     /// Whether panels are light instead of dark.
     pub light: bool,
+    /// Whether the window is for a projector: panels are larger, lines are thicker, and overlays have a legend.
+    pub projector: bool,
     /// The size of panels.
     pub panel_scale: PanelScale,
 }
@@ -172,6 +176,7 @@ impl Default for DisplaySettings {
             decided: false,
             statistics: false,
             light: false,
+            projector: false,
             panel_scale: PanelScale::default(),
         }
     }
@@ -200,6 +205,13 @@ impl DisplaySettings {
         *self.of_mut(switch) = !was_on;
     }
 
+    /// Returns the size of panels relative to the display.
+    pub fn panel_factor(&self) -> f32 {
+        /// How much larger panels are for a projector.
+        const PROJECTED: f32 = 1.35;
+        self.panel_scale.factor() * if self.projector { PROJECTED } else { 1.0 }
+    }
+
     /// Changes the use of the window. Closes panels that were opened for the last one.
     pub fn enter(&mut self, workspace: Workspace) {
         self.workspace = workspace;
@@ -226,6 +238,7 @@ impl DisplaySettings {
             Switch::Decided => &mut self.decided,
             Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,
+            Switch::Projector => &mut self.projector,
         }
     }
 }

@@ -1,10 +1,12 @@
-//! Records the window, with its panels, as a video or a folder of PNG files.
+//! Records the window, with or without its panels, as a video or a folder of PNG files.
 
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
+use super::layout::HiddenPanels;
+use super::picture::FITTING_S;
 use super::shared::{KeysSystems, Notice, ToggleFilm};
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::encoder::RecordError;
@@ -21,7 +23,8 @@ impl Plugin for FilmPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Filming>()
             .add_message::<ToggleFilm>()
-            .add_systems(Update, (toggle, take_pictures, tell_of_ends).chain().after(KeysSystems))
+            .init_resource::<HiddenPanels>()
+            .add_systems(Update, (toggle, hide_panels, take_pictures, tell_of_ends).chain().after(KeysSystems))
             .add_systems(Last, finish_at_exit);
     }
 }
@@ -32,6 +35,8 @@ pub struct Filming {
     film: Option<(Film, f64)>,
     /// When a picture was last requested, s of real time.
     asked_at_s: Option<f64>,
+    /// Whether panels are hidden.
+    is_without_panels: bool,
     /// Whether the recording ends after the first picture, which has not arrived yet.
     ends_soon: bool,
     ending: Vec<(PathBuf, JoinHandle<Result<u64, RecordError>>)>,
@@ -43,9 +48,10 @@ impl Filming {
         self.film.is_some()
     }
 
-    /// Starts a recording at `now_s`, s of real time.
-    pub fn begin(&mut self, film: Film, now_s: f64) {
-        self.film = Some((film, now_s));
+    /// Starts a recording with panels whose first picture is taken at `start_s`, s of real time.
+    pub fn begin(&mut self, film: Film, start_s: f64) {
+        self.film = Some((film, start_s));
+        self.is_without_panels = false;
         self.asked_at_s = None;
         self.ends_soon = false;
     }
@@ -79,7 +85,10 @@ fn toggle(
         match create(*kind, clock.cycle) {
             Ok(film) => {
                 notice.tell(format!("Recording {}", film.path().display()));
-                filming.begin(film, time.elapsed_secs_f64());
+                let is_without_panels = *kind == ToggleFilm::VideoOfMatch;
+                let fitting_s = if is_without_panels { FITTING_S } else { 0.0 };
+                filming.begin(film, time.elapsed_secs_f64() + fitting_s);
+                filming.is_without_panels = is_without_panels;
             }
             Err(error) => notice.tell(format!("Cannot record: {error}")),
         }
@@ -93,7 +102,7 @@ fn create(kind: ToggleFilm, cycle: u64) -> Result<Film, RecordError> {
         let suffix = if attempt == 1 { String::new() } else { format!("-{attempt}") };
         let name = format!("naoisis-{cycle:06}{suffix}");
         let film = match kind {
-            ToggleFilm::Video => Film::create_video(&PathBuf::from(name + ".mp4")),
+            ToggleFilm::Video | ToggleFilm::VideoOfMatch => Film::create_video(&PathBuf::from(name + ".mp4")),
             ToggleFilm::Frames => Film::create_frames(&PathBuf::from(name)),
         };
         match film {
@@ -103,12 +112,19 @@ fn create(kind: ToggleFilm, cycle: u64) -> Result<Film, RecordError> {
     }
 }
 
+fn hide_panels(filming: Res<Filming>, mut hidden: ResMut<HiddenPanels>) {
+    let for_film = filming.is_on() && filming.is_without_panels;
+    if hidden.for_film != for_film {
+        hidden.for_film = for_film;
+    }
+}
+
 /// Requests a picture of the window when one is due.
 fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut commands: Commands) {
-    if !filming.is_on() {
+    let now_s = time.elapsed_secs_f64();
+    if filming.film.as_ref().is_none_or(|(_, start_s)| now_s < *start_s) {
         return;
     }
-    let now_s = time.elapsed_secs_f64();
     // A little less than the time between pictures, so that no frame is missed on a display with exactly that rate.
     if filming.asked_at_s.is_some_and(|asked_at_s| now_s - asked_at_s < 0.9 * FRAME_S) {
         return;

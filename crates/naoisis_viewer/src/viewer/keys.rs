@@ -2,7 +2,7 @@
 
 use bevy::input::keyboard::{KeyboardFocusLost, KeyboardInput};
 use bevy::prelude::*;
-use bevy::render::view::screenshot::{Screenshot, save_to_disk};
+use bevy::window::{MonitorSelection, WindowMode};
 use bevy_egui::egui::{Event, Key};
 use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiInput, EguiPreUpdateSet};
@@ -13,10 +13,9 @@ use super::interaction::driving::Driving;
 use super::key_presses::{HeldModifiers, KeyPress};
 use super::shared::{
     Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share,
-    TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
+    TakePicture, TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
 };
 use naoisis_core::camera_model::CameraName;
-use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::Team;
 
 /// Performs the actions of keys.
@@ -135,12 +134,32 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::NumpadAdd, "+ on the key pad", "Larger panels", Action::ScalePanels(1)),
     binding(KeyCode::Minus, "−", "Smaller panels", Action::ScalePanels(-1)),
     binding(KeyCode::NumpadSubtract, "− on the key pad", "Smaller panels", Action::ScalePanels(-1)),
+    binding(KeyCode::F11, "F11", "Full screen", Action::FullScreen),
+    with_shift(binding(
+        KeyCode::F11,
+        "Shift F11",
+        "For a projector: larger, with a legend",
+        Action::Toggle(Switch::Projector),
+    )),
     binding(KeyCode::KeyM, "M", "Scenario, teams, settings", Action::Toggle(Switch::Game)),
+    with_control(binding(KeyCode::KeyO, "Ctrl O", "Open a file", Action::OpenFile)),
     binding(KeyCode::F8, "F8", "Record a video", Action::Film(ToggleFilm::Video)),
     with_shift(binding(KeyCode::F8, "Shift F8", "Record PNG files", Action::Film(ToggleFilm::Frames))),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
     binding(KeyCode::F10, "F10", "Cost of a frame", Action::Toggle(Switch::Statistics)),
-    binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
+    with_control(binding(
+        KeyCode::F8,
+        "Ctrl F8",
+        "Record a video without panels",
+        Action::Film(ToggleFilm::VideoOfMatch),
+    )),
+    binding(KeyCode::F12, "F12", "Save a picture", Action::Picture(TakePicture::OfWindow)),
+    with_control(binding(
+        KeyCode::F12,
+        "Ctrl F12",
+        "Save a picture without panels",
+        Action::Picture(TakePicture::OfMatch),
+    )),
     with_control(with_shift(binding(KeyCode::KeyC, "Ctrl Shift C", "Copy a picture", Action::Share(Share::Picture)))),
     with_control(binding(KeyCode::KeyC, "Ctrl C", "Copy the command for this moment", Action::Share(Share::Link))),
     with_control(binding(KeyCode::KeyP, "Ctrl P", "Save a web page", Action::Share(Share::Page))),
@@ -195,7 +214,8 @@ fn group_of(action: Action) -> &'static str {
         Action::Select(_) => "Robots",
         Action::View(_) | Action::Compare => "View",
         Action::Toggle(_) | Action::ScalePanels(_) | Action::Workspace(_) | Action::NextWorkspace(_) => "Panels",
-        Action::Screenshot | Action::Film(_) | Action::Share(_) => "Sharing",
+        Action::FullScreen | Action::OpenFile => "Panels",
+        Action::Picture(_) | Action::Film(_) | Action::Share(_) => "Sharing",
     }
 }
 
@@ -264,12 +284,11 @@ fn carry_out(
     (mut ways, mut comparisons): (MessageWriter<BranchCommand>, MessageWriter<Compare>),
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<SelectionCommand>,
-    mut films: MessageWriter<ToggleFilm>,
+    (mut films, mut pictures): (MessageWriter<ToggleFilm>, MessageWriter<TakePicture>),
     (mut hand_actions, mut teach_actions): (MessageWriter<HandAction>, MessageWriter<TeachAction>),
     mut shares: MessageWriter<Share>,
     mut display: ResMut<DisplaySettings>,
-    clock: Res<CycleClock>,
-    mut commands: Commands,
+    mut windows: Query<&mut Window>,
 ) {
     for action in actions.read() {
         match *action {
@@ -313,12 +332,21 @@ fn carry_out(
             Action::Share(share) => {
                 shares.write(share);
             }
-            Action::Screenshot => {
-                let path = format!("naoisis-{:06}.png", clock.cycle);
-                commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path));
+            Action::Picture(request) => {
+                pictures.write(request);
             }
+            Action::FullScreen => windows.iter_mut().for_each(toggle_full_screen),
+            // The dialog reads the action itself.
+            Action::OpenFile => {}
         }
     }
+}
+
+fn toggle_full_screen(mut window: Mut<Window>) {
+    window.mode = match window.mode {
+        WindowMode::Windowed => WindowMode::BorderlessFullscreen(MonitorSelection::Current),
+        _ => WindowMode::Windowed,
+    };
 }
 
 #[cfg(test)]

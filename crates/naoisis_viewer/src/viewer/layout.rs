@@ -45,6 +45,12 @@ impl Plugin for LayoutPlugin {
                 EguiPrimaryContextPass,
                 (Score, Controls, Interventions, TimelineBar, Robot, Lanes, Plots, Events).run_if(is_debugging),
             )
+            .init_resource::<HiddenPanels>()
+            .configure_sets(
+                EguiPrimaryContextPass,
+                (Score, Controls, Interventions, TimelineBar, Robot, Lanes, Plots, Right, Events, Floating)
+                    .run_if(panels_are_shown),
+            )
             .add_systems(PreUpdate, find_panel.after(EguiPreUpdateSet::ProcessInput))
             .add_systems(EguiPrimaryContextPass, note_free_area.after(Events).before(Floating));
     }
@@ -75,6 +81,19 @@ pub enum LayoutSystems {
     Events,
     /// Temporary areas above the match.
     Floating,
+}
+
+/// Whether all panels are hidden. The match then has the whole window.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct HiddenPanels {
+    /// For a picture.
+    pub for_picture: bool,
+    /// For a recording.
+    pub for_film: bool,
+}
+
+fn panels_are_shown(hidden: Res<HiddenPanels>) -> bool {
+    *hidden == HiddenPanels::default()
 }
 
 /// The least edge of the free area, logical pixels, also in a window full of panels.
@@ -218,17 +237,20 @@ pub enum Edge {
 
 /// The least fraction of the window's width and height that is left for the match.
 const MATCH: f32 = 0.35;
-/// The least height of panels below the match, even if less is left for it, logical pixels.
+/// The least height of panels below the match and the least width of those beside it, even if less is left for the match,
+/// logical pixels.
 const LEAST_BELOW: f32 = 70.0;
+const LEAST_BESIDE: f32 = 150.0;
 
 impl Dock {
     /// The range of its size in a window of this size in which other panels have left `left`.
     fn range(&self, window: egui::Vec2, left: egui::Vec2) -> Rangef {
-        let of = if self.edge == Edge::Below { window.y } else { window.x };
-        let most = self.most_share * of;
-        // The match keeps its share of the height, whatever is open below it.
-        let room = if self.edge == Edge::Below { (left.y - MATCH * window.y).max(LEAST_BELOW) } else { most };
-        let most = most.min(room);
+        let (window, left, least) = match self.edge {
+            Edge::Below => (window.y, left.y, LEAST_BELOW),
+            Edge::Left | Edge::Right => (window.x, left.x, LEAST_BESIDE),
+        };
+        // The match keeps its share, whatever is open beside and below it.
+        let most = (self.most_share * window).min((left - MATCH * window).max(least));
         Rangef::new(self.least.min(most), most)
     }
 
@@ -237,11 +259,11 @@ impl Dock {
         sizes.0.get(self.name).copied().filter(|size| size.is_finite()).unwrap_or(self.size)
     }
 
-    /// Returns whether the match would still have room beside it.
+    /// Returns whether the match would still have room beside it, without making the panel narrower.
     pub fn has_room(&self, context: &Context, sizes: &PanelSizes) -> bool {
-        let (window, left) = (context.content_rect().size(), free_area(context).size());
-        let width = self.range(window, left).clamp(self.wanted(sizes));
-        left.x - width >= MATCH * window.x
+        let window = context.content_rect().size();
+        let width = self.range(window, egui::Vec2::INFINITY).clamp(self.wanted(sizes));
+        free_area(context).width() - width >= MATCH * window.x
     }
 
     /// Shows the panel.

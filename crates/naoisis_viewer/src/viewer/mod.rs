@@ -59,7 +59,8 @@
 //! | [`start_at`] | the time at which the match is shown first |
 //! | [`start_page`] | the first page; files that are dropped |
 //! | `scenario_list` | the list of built-in scenarios |
-//! | [`film`] | recording of the window |
+//! | `open_dialog` | a dialog to choose a file |
+//! | `picture`, [`film`] | pictures and recordings of the window |
 //! | [`first_frame`] | the time until the first frame |
 //! | [`report_state`] | the state of the window as JSON lines |
 //! | `window_title` | the title of the window |
@@ -114,11 +115,13 @@ pub mod match_before;
 pub mod match_panel;
 pub mod memory;
 mod new_file;
+mod open_dialog;
 pub mod overlays;
 mod palette;
 mod panels;
 mod part_mesh;
 mod pen_marks;
+mod picture;
 pub mod pitch_frame;
 pub mod plots;
 pub mod rebuild;
@@ -206,6 +209,8 @@ impl PluginGroup for ViewerPlugins {
             .add(match_panel::MatchPanelPlugin)
             .add(start_at::StartAtPlugin)
             .add(start_page::StartPagePlugin)
+            .add(open_dialog::OpenDialogPlugin)
+            .add(picture::PicturePlugin)
             .add(film::FilmPlugin)
             .add(event_filter::EventFilterPlugin)
             .add(events_panel::EventsPanelPlugin)

@@ -242,7 +242,7 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
 
     let context = contexts.ctx_mut()?;
     let room = context.content_rect().size();
-    let (width, height) = (WIDTH.min(room.x - 6.0 * MARGIN), (room.y - AROUND).max(100.0));
+    let (width, height) = (WIDTH.min(room.x - 6.0 * MARGIN).max(100.0), (room.y - AROUND).max(100.0));
     panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
             ui.set_width(width);

@@ -53,8 +53,12 @@ pub enum Action {
     Teach(TeachAction),
     /// Makes panels and text larger (1) or smaller (-1).
     ScalePanels(i8),
-    /// Saves a picture of the window in the current folder.
-    Screenshot,
+    /// Saves a picture in the current folder.
+    Picture(TakePicture),
+    /// Opens the dialog for files.
+    OpenFile,
+    /// Fills the screen with the window, or ends this.
+    FullScreen,
     /// Makes something of the match for others.
     Share(Share),
     /// Starts or ends a recording of the window in the current folder.
@@ -191,11 +195,22 @@ pub enum Share {
     Page,
 }
 
+/// Takes a picture of the window.
+#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum TakePicture {
+    /// With its panels.
+    OfWindow,
+    /// Without panels: the match with the names of the robots.
+    OfMatch,
+}
+
 /// Starts or ends a recording of the window.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ToggleFilm {
     /// A video.
     Video,
+    /// A video without panels.
+    VideoOfMatch,
     /// A folder of PNG files.
     Frames,
 }

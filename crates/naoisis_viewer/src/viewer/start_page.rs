@@ -18,6 +18,8 @@ use super::theme::{bright, card, dim, panel, text_size};
 const OWN_PROGRAM: &str = "naoisis play --blue \"exec:python3 my_team.py\"";
 /// The greatest width of the page, logical pixels.
 const WIDTH: f32 = 560.0;
+/// Its least width, also in a smaller window, logical pixels.
+const LEAST_WIDTH: f32 = 200.0;
 
 /// Shows the page, and opens dropped files.
 pub struct StartPagePlugin;
@@ -74,7 +76,7 @@ fn show(
     mut commands: MessageWriter<MatchCommand>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
-    let width = WIDTH.min(context.content_rect().width() - 60.0);
+    let width = WIDTH.min(context.content_rect().width() - 60.0).max(LEAST_WIDTH);
     let mut is_chosen = false;
     panel("start page", Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(egui::Margin::same(18)).show(ui, |ui| {
@@ -93,15 +95,18 @@ fn show(
             }
             ui.add_space(10.0);
             ui.label(bright("Open a scenario or a trace").size(text_size::IMPORTANT));
-            ui.label(dim("Drop its file into the window, or type its path."));
+            ui.label(dim("Drop its file into the window, choose it (Ctrl O), or type its path."));
             ui.horizontal(|ui| {
-                let text = TextEdit::singleline(&mut *typed).hint_text("match.jsonl.zst").desired_width(width - 80.0);
+                let text = TextEdit::singleline(&mut *typed).hint_text("match.jsonl.zst").desired_width((width - 160.0).max(40.0));
                 let text = ui.add(text);
                 text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "File to open"));
                 let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
                 if (ui.button("Open").clicked() || is_entered) && !typed.trim().is_empty() {
                     commands.write(MatchCommand::Open(typed.trim().into()));
                     is_chosen = true;
+                }
+                if ui.button("Choose…").clicked() {
+                    actions.write(Action::OpenFile);
                 }
             });
             for path in memory.iter().flat_map(|memory| &memory.remembered.recent) {

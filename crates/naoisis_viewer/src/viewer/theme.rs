@@ -6,8 +6,10 @@
 
 use bevy::asset::AssetEventSystems;
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText, Stroke, Theme, Visuals};
+use bevy_egui::egui::{self, Align2, Color32, CornerRadius, Frame, Margin, RichText, Stroke, Theme, Visuals};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
+
+use core::num::NonZeroUsize;
 
 use super::display_settings::DisplaySettings;
 use super::palette;
@@ -57,7 +59,14 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
         context.set_visuals_of(theme, visuals(theme));
     }
     // On a slow display there can be a whole frame between the press and the release of a click.
-    context.options_mut(|options| options.input_options.max_click_duration = LONGEST_CLICK_S);
+    context.options_mut(|options| {
+        options.input_options.max_click_duration = LONGEST_CLICK_S;
+        // A new table in a new panel is in place after three passes; rows would lie over each other in its first frame.
+        options.max_passes = const { NonZeroUsize::new(3).unwrap() };
+    });
+    // Sizes of panels that are chosen by the user need not be whole pixels.
+    #[cfg(debug_assertions)]
+    context.all_styles_mut(|style| style.debug.show_unaligned = false);
     Ok(())
 }
 
@@ -83,7 +92,7 @@ const fn grey(level: u8) -> Color32 {
 fn choose_theme(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Result {
     let context = contexts.ctx_mut()?;
     context.set_theme(if display.light { Theme::Light } else { Theme::Dark });
-    context.set_zoom_factor(display.panel_scale.factor());
+    context.set_zoom_factor(display.panel_factor());
     Ok(())
 }
 

@@ -1,6 +1,6 @@
-//! Controls a robot by the keyboard, in place of its behaviour.
+//! Controls a robot by the keyboard or a gamepad, in place of its behaviour.
 //!
-//! The keys are read once per frame, and replace the commands of the behaviour once per cycle. The limits and errors of
+//! Keys and gamepads are read once per frame, and replace the commands of the behaviour once per cycle. The limits and errors of
 //! walking, the duration of kicks and the rules are those of every robot.
 
 use bevy::ecs::query::QueryData;
@@ -29,7 +29,7 @@ pub(super) struct DrivingPlugin;
 impl Plugin for DrivingPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Driving>()
-            .add_systems(Update, (change_robot, read_driver).chain().after(KeysSystems))
+            .add_systems(Update, (change_robot, read_driver, read_gamepads).chain().after(KeysSystems))
             .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
     }
 }
@@ -67,6 +67,7 @@ pub const KEYS: &[(&str, &str)] = &[
     ("1 2", "Kick straight, left or right foot"),
     ("3 4", "Kick to the side"),
     ("5 6 7", "A kick of the robot model, aimed by the head"),
+    ("F4 F5", "From behind, through its camera"),
     ("Tab", "Another robot"),
     ("Esc", "Leave"),
 ];
@@ -102,6 +103,16 @@ const KICKS: [(KeyCode, DrivenKick); 7] = [
     (KeyCode::Digit5, DrivenKick::Own(0)),
     (KeyCode::Digit6, DrivenKick::Own(1)),
     (KeyCode::Digit7, DrivenKick::Own(2)),
+];
+
+/// The buttons of gamepads for kicks.
+const GAMEPAD_KICKS: [(GamepadButton, DrivenKick); 6] = [
+    (GamepadButton::West, DrivenKick::OfPaper(KickType::LeftStraight)),
+    (GamepadButton::South, DrivenKick::OfPaper(KickType::RightStraight)),
+    (GamepadButton::North, DrivenKick::OfPaper(KickType::LeftSide)),
+    (GamepadButton::East, DrivenKick::OfPaper(KickType::RightSide)),
+    (GamepadButton::LeftTrigger, DrivenKick::Own(0)),
+    (GamepadButton::RightTrigger, DrivenKick::Own(1)),
 ];
 
 /// The keys that have another meaning while a robot is driven.
@@ -181,6 +192,32 @@ fn read_driver(keys: Res<ButtonInput<KeyCode>>, panels: Option<Res<EguiWantsInpu
     driving.wish = Wish { kick: kick.or(driving.wish.kick), ..wish(|key| keys.pressed(key)) };
 }
 
+/// Adds what gamepads ask for.
+fn read_gamepads(gamepads: Query<&Gamepad>, mut driving: ResMut<Driving>) {
+    if driving.robot.is_none() {
+        return;
+    }
+    for gamepad in &gamepads {
+        let asked = gamepad_wish(gamepad);
+        let wish = &mut driving.wish;
+        wish.walk = (wish.walk + asked.walk).clamp(Vec3::NEG_ONE, Vec3::ONE);
+        wish.head = (wish.head + asked.head).clamp(Vec2::NEG_ONE, Vec2::ONE);
+        wish.look_ahead |= asked.look_ahead;
+        wish.kick = asked.kick.or(wish.kick);
+    }
+}
+
+/// What a gamepad asks for: the left stick walks, the right one turns, the directional pad turns the head.
+fn gamepad_wish(gamepad: &Gamepad) -> Wish {
+    let (walk, turn, head) = (gamepad.left_stick(), gamepad.right_stick(), gamepad.dpad());
+    Wish {
+        walk: Vec3::new(walk.y, -walk.x, -turn.x),
+        head: -head,
+        look_ahead: gamepad.pressed(GamepadButton::RightThumb),
+        kick: GAMEPAD_KICKS.iter().find(|(button, _)| gamepad.just_pressed(*button)).map(|(_, kick)| *kick),
+    }
+}
+
 /// The state of the keys, except for kicks.
 fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
     let axis = |plus, minus| f32::from(u8::from(is_pressed(plus))) - f32::from(u8::from(is_pressed(minus)));
@@ -228,9 +265,9 @@ fn drive(
     driving.wish.kick = None;
 }
 
-/// The displacement of a cycle for the state of the keys.
+/// The displacement of a cycle for what is asked for.
 fn walk_command(walk: Vec3, limits: &MotionLimits, period: f32) -> WalkCommand {
-    let step = limits.max_linear_mps * period * walk.truncate().normalize_or_zero();
+    let step = limits.max_linear_mps * period * walk.truncate().clamp_length_max(1.0);
     WalkCommand::new(step.x, step.y, limits.max_angular * period * walk.z)
 }
 
@@ -263,6 +300,22 @@ pub(super) mod tests {
         let command = walk_command(wish(|key| keys.contains(&key)).walk, &MotionLimits::default(), 0.1);
         assert_abs_diff_eq!(command.translation().length(), 0.02, epsilon = 1e-6);
         assert!(command.dx > 0.0 && command.dy < 0.0 && command.dtheta == 0.0);
+    }
+
+    #[test]
+    fn a_stick_that_is_half_way_walks_at_half_the_speed() {
+        let mut gamepad = Gamepad::default();
+        gamepad.analog_mut().set(GamepadAxis::LeftStickY, 0.5);
+        gamepad.analog_mut().set(GamepadAxis::RightStickX, 1.0);
+        gamepad.analog_mut().set(GamepadButton::DPadLeft, 1.0);
+        gamepad.digital_mut().press(GamepadButton::South);
+        let wish = gamepad_wish(&gamepad);
+        let limits = MotionLimits { max_linear_mps: 0.2, ..default() };
+        let command = walk_command(wish.walk, &limits, 0.1);
+        assert_abs_diff_eq!(command.dx, 0.01, epsilon = 1e-6);
+        // A stick to the right turns clockwise, the pad to the left turns the head to the left.
+        assert!(command.dtheta < 0.0 && wish.head.x == 1.0);
+        assert_eq!(wish.kick, Some(DrivenKick::OfPaper(KickType::RightStraight)));
     }
 
     #[test]

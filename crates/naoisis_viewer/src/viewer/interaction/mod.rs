@@ -11,6 +11,7 @@ use bevy_egui::EguiPostUpdateSet;
 pub mod aim;
 pub mod driving;
 pub mod keep;
+mod mini_map;
 mod panel;
 mod referee_menu;
 pub mod saved_files;
@@ -51,7 +52,7 @@ impl Plugin for InteractionPlugin {
             .add_message::<HandAction>()
             .add_systems(Last, saved_files::tell_of_files)
             .configure_sets(Update, CameraMouse.run_if(|drag: Res<MouseDrag>| !drag.is_dragging()))
-            .add_plugins((driving::DrivingPlugin, panel::InteractionPanelPlugin))
+            .add_plugins((driving::DrivingPlugin, mini_map::MiniMapPlugin, panel::InteractionPanelPlugin))
             .add_systems(
                 Update,
                 (take_hold.run_if(mouse_is_for_match), drag_and_let_go, undo::note_marks, apply)

@@ -21,6 +21,8 @@ use naoisis_core::robot::Roster;
 
 /// The greatest width of the help for driving, logical pixels.
 const WIDEST_HELP: f32 = 460.0;
+/// The least width of texts above the match, also where panels leave less, logical pixels.
+const LEAST_WIDTH: f32 = 100.0;
 
 /// Shows the buttons, and notices.
 pub(super) struct InteractionPanelPlugin;
@@ -113,7 +115,7 @@ fn show_notice(
     // In the teaching workspace the captions are below, so the notice is above.
     let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
     let free = layout::free_area(context);
-    let widest = free.width() - NOTICE_MARGIN;
+    let widest = (free.width() - NOTICE_MARGIN).max(LEAST_WIDTH);
     let mut area = layout::floating(context, "notice", align);
     if display.workspace == Workspace::Teach {
         area = area.fixed_pos(free.center_top() + egui::vec2(0.0, BELOW_CHOICE));
@@ -151,7 +153,7 @@ fn show_driver(
     let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
     layout::floating(context, "driver", Align2::CENTER_TOP).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
-            ui.set_max_width((width - 2.0 * MARGIN).min(WIDEST_HELP));
+            ui.set_max_width((width - 2.0 * MARGIN).clamp(LEAST_WIDTH, WIDEST_HELP));
             ui.label(bright(format!("You drive {robot}")));
             if let Some(penalty) = penalty {
                 let left_s = penalty.left_s(&clock);

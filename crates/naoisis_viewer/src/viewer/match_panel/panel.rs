@@ -65,10 +65,13 @@ pub(super) fn show(
                 let label = ui.label("File").id;
                 ui.horizontal(|ui| {
                     let text = egui::TextEdit::singleline(&mut typed.path);
-                    let text = ui.add(text.hint_text("scenario.json").desired_width(220.0)).labelled_by(label);
+                    let text = ui.add(text.hint_text("scenario.json").desired_width(180.0)).labelled_by(label);
                     let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
                     if (ui.button("Open").clicked() || is_entered) && !typed.path.trim().is_empty() {
                         commands.write(MatchCommand::Open(typed.path.trim().into()));
+                    }
+                    if ui.button("Choose…").on_hover_text("Ctrl O").clicked() {
+                        actions.write(Action::OpenFile);
                     }
                 });
                 ui.end_row();

@@ -97,7 +97,7 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
 }
 
 /// The colour of a believed robot of a team.
-fn robot_ink(team: Team) -> DrawColour {
+pub(super) fn robot_ink(team: Team) -> DrawColour {
     match team {
         Team::Blue => DrawColour::Sky,
         Team::Pink => DrawColour::Vermilion,

@@ -6,6 +6,7 @@ use bevy::prelude::*;
 use core::f32::consts::TAU;
 
 use super::geometry::arc;
+use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::pitch_frame::world_from_pitch;
 use naoisis_core::geometry::Pose;
 use naoisis_sensing::belief::PlaceCovariance;
@@ -13,8 +14,9 @@ use naoisis_sensing::belief::covariance::half_axes_95;
 
 /// The height of drawings on the ground, m.
 const GROUND_M: f32 = 0.012;
-/// The width of lines, logical pixels.
+/// The width of lines, and of those for a projector, logical pixels.
 const LINE_WIDTH: f32 = 2.5;
+const PROJECTED_WIDTH: f32 = 5.0;
 
 /// The lines of all overlays.
 #[derive(Default, Reflect, GizmoConfigGroup)]
@@ -36,9 +38,9 @@ pub struct Words {
 }
 
 /// Sets the width of lines, and keeps them above the ground.
-pub(super) fn set_lines(mut store: ResMut<GizmoConfigStore>) {
+pub(super) fn set_lines(display: Res<DisplaySettings>, mut store: ResMut<GizmoConfigStore>) {
     let (config, _) = store.config_mut::<OverlayLines>();
-    config.line.width = LINE_WIDTH;
+    config.line.width = if display.projector { PROJECTED_WIDTH } else { LINE_WIDTH };
     config.depth_bias = -0.000_05;
 }
 

@@ -23,6 +23,7 @@ mod beliefs;
 mod bodies;
 pub mod brush;
 pub mod geometry;
+mod legend;
 pub mod panel;
 mod senses;
 mod surroundings;
@@ -40,9 +41,14 @@ impl Plugin for OverlaysPlugin {
             .init_resource::<Overlays>()
             .init_resource::<OverlayWords>()
             .add_message::<OverlayCommand>()
-            .add_plugins(panel::OverlayPanelPlugin)
-            .add_systems(Startup, brush::set_lines)
-            .add_systems(Update, obey_overlay_commands.after(SelectionSystems))
+            .add_plugins((panel::OverlayPanelPlugin, legend::LegendPlugin))
+            .add_systems(
+                Update,
+                (
+                    obey_overlay_commands.after(SelectionSystems),
+                    brush::set_lines.run_if(resource_changed::<DisplaySettings>),
+                ),
+            )
             .add_systems(
                 PostUpdate,
                 (
@@ -281,9 +287,15 @@ impl Showing<'_> {
     /// Whether a kind is drawn for any robot.
     fn any(&self, overlay: Overlay) -> bool {
         // The watching workspace shows the match only. In the world of one robot, the other robots are not shown.
-        let shows_truth = self.world.as_ref().is_none_or(|world| !world.0);
         let workspace = self.display.workspace;
-        shows_truth && workspace != Workspace::Watch && self.overlays.shows_any(overlay, &self.selection, workspace)
+        self.shows_truth()
+            && workspace != Workspace::Watch
+            && self.overlays.shows_any(overlay, &self.selection, workspace)
+    }
+
+    /// Whether the truth is shown, instead of the world of one robot.
+    fn shows_truth(&self) -> bool {
+        self.world.as_ref().is_none_or(|world| !world.0)
     }
 
     /// Whether a kind is drawn for a robot; not for penalised robots.

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+use super::legend::{marks, patch};
 use super::{Overlay, OverlayCommand, Overlays, Shows};
 use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
 use crate::viewer::layout::{Dock, Edge, LayoutSystems, PanelSizes, title};
@@ -16,7 +17,7 @@ use naoisis_core::team::RobotId;
 const BELOW: f32 = 60.0;
 
 /// The widths of the names and of each column of switches, logical pixels.
-const NAMES: f32 = 120.0;
+const NAMES: f32 = 165.0;
 const SWITCH: f32 = 49.0;
 
 /// Shows the switches.
@@ -99,7 +100,13 @@ fn show_line(
     robots: &[RobotId],
     commands: &mut MessageWriter<OverlayCommand>,
 ) {
-    ui.label(overlay.name()).on_hover_text(overlay.description());
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.label(overlay.name()).on_hover_text(overlay.description());
+        for (colour, words) in marks(overlay) {
+            patch(ui, colour).on_hover_text(words);
+        }
+    });
     let mut switch = |ui: &mut egui::Ui, on: bool, whose: &str, command: OverlayCommand| {
         let response = ui.checkbox(&mut on.clone(), "");
         let name = format!("{}: {whose}", overlay.name());

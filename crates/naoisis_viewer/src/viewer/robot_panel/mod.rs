@@ -144,7 +144,7 @@ fn show_robot(
     DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         /// The width of the scroll bar, logical pixels.
         const BAR: f32 = 8.0;
-        let width = ui.available_width() - BAR;
+        let width = (ui.available_width() - BAR).max(BAR);
         let record = current.record.robot(id);
         let intention = wording::intention(record.and_then(|record| record.command.as_ref()));
         let behaviour = match &state.0 {

@@ -132,7 +132,7 @@ fn show_summary(
     let context = contexts.ctx_mut()?;
     // With the goals of an ordinary match, it fits into a window of 720 logical pixels without scrolling.
     let letters = 0.33 * large_letters(context);
-    let most_height = context.content_rect().height() - BESIDE_CONTENTS;
+    let most_height = (context.content_rect().height() - BESIDE_CONTENTS).max(BESIDE_CONTENTS);
     let (mut is_closed, mut is_saved) = (false, false);
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {

@@ -1,0 +1,64 @@
+//! A dialog in which to choose the file of a scenario, a saved match or a trace.
+
+use bevy::prelude::*;
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use egui_file_dialog::{FileDialog, FileDialogConfig, OpeningMode};
+
+use super::layout::LayoutSystems;
+use super::match_panel::MatchCommand;
+use super::shared::Action;
+use super::start_page::StartPage;
+
+/// The endings of files that can be opened.
+const OPENED: [&str; 5] = ["json", "ron", "naoisis", "jsonl", "zst"];
+/// The name of the choice of these files in the dialog.
+const MATCHES: &str = "Scenarios, matches, traces";
+
+/// Shows the dialog.
+pub struct OpenDialogPlugin;
+
+impl Plugin for OpenDialogPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<OpenDialog>().add_systems(
+            EguiPrimaryContextPass,
+            (open.run_if(is_wanted), show).chain().in_set(LayoutSystems::Floating),
+        );
+    }
+}
+
+/// The dialog.
+#[derive(Resource)]
+struct OpenDialog(FileDialog);
+
+impl Default for OpenDialog {
+    fn default() -> Self {
+        let config = FileDialogConfig { opening_mode: OpeningMode::LastPickedDir, ..default() };
+        let dialog = FileDialog::with_config(config)
+            .title("Open a scenario, a match or a trace")
+            .add_file_filter_extensions(MATCHES, OPENED.to_vec())
+            .default_file_filter(MATCHES);
+        Self(dialog)
+    }
+}
+
+fn is_wanted(mut actions: MessageReader<Action>) -> bool {
+    actions.read().any(|action| *action == Action::OpenFile)
+}
+
+fn open(mut dialog: ResMut<OpenDialog>) {
+    dialog.0.pick_file();
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    mut dialog: ResMut<OpenDialog>,
+    mut page: ResMut<StartPage>,
+    mut commands: MessageWriter<MatchCommand>,
+) -> Result {
+    dialog.0.update(contexts.ctx_mut()?);
+    if let Some(path) = dialog.0.take_picked() {
+        commands.write(MatchCommand::Open(path));
+        page.0 = false;
+    }
+    Ok(())
+}

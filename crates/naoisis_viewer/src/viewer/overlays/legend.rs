@@ -1,0 +1,114 @@
+//! The legend of the overlays that are drawn, for a projector.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, RichText, Sense};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::beliefs::robot_ink;
+use super::senses::camera_ink;
+use super::{Overlay, Showing};
+use crate::viewer::display_settings::DisplaySettings;
+use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::palette;
+use crate::viewer::theme::{card, text_size};
+use naoisis_core::behaviour::drawings::DrawColour;
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::team::Team;
+
+/// The greatest height of the legend, as a share of that of the free area.
+const MOST_HEIGHT: f32 = 0.5;
+
+/// Shows the legend.
+pub(super) struct LegendPlugin;
+
+impl Plugin for LegendPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            EguiPrimaryContextPass,
+            show_legend.run_if(|display: Res<DisplaySettings>| display.projector).in_set(LayoutSystems::Floating),
+        );
+    }
+}
+
+fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
+    let shown: Vec<Overlay> = match showing.shows_truth() {
+        true => Overlay::ALL.into_iter().filter(|overlay| showing.any(*overlay)).collect(),
+        false => vec![Overlay::Beliefs],
+    };
+    let lines: Vec<_> = shown.into_iter().map(marks).filter(|marks| !marks.is_empty()).collect();
+    let context = contexts.ctx_mut()?;
+    let free = layout::free_area(context).size();
+    let last = context.memory(|memory| memory.area_rect("legend")).map_or(egui::Vec2::ZERO, |area| area.size());
+    // Panels may leave too little of the match for it.
+    if lines.is_empty() || last.x > free.x || last.y > MOST_HEIGHT * free.y {
+        return Ok(());
+    }
+    layout::floating(context, "legend", Align2::LEFT_BOTTOM).interactable(false).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            for marks in lines {
+                ui.horizontal(|ui| {
+                    ui.spacing_mut().item_spacing.x = 5.0;
+                    for (colour, words) in marks {
+                        patch(ui, colour);
+                        ui.add(egui::Label::new(RichText::new(words).size(text_size::SMALL)).extend());
+                        ui.add_space(6.0);
+                    }
+                });
+            }
+        });
+    });
+    Ok(())
+}
+
+/// Shows a patch of a colour.
+pub(super) fn patch(ui: &mut egui::Ui, colour: Color) -> egui::Response {
+    let (area, response) = ui.allocate_exact_size(egui::Vec2::splat(9.0), Sense::hover());
+    ui.painter().rect_filled(area, 2.0, palette::in_panel(colour));
+    response
+}
+
+/// Returns the colours of an overlay with their meanings.
+pub(super) fn marks(overlay: Overlay) -> Vec<(Color, &'static str)> {
+    use DrawColour::{Orange, Purple, Sky, Vermilion, White, Yellow};
+    let inks = |inks: &[(DrawColour, &'static str)]| {
+        inks.iter().map(|(ink, words)| (palette::ink(*ink), *words)).collect::<Vec<_>>()
+    };
+    let teams =
+        |words: [&'static str; 2]| [(palette::team(Team::Blue), words[0]), (palette::team(Team::Pink), words[1])];
+    match overlay {
+        Overlay::FieldsOfView => inks(&[
+            (camera_ink(CameraName::TOP), "seen by the upper camera"),
+            (camera_ink(CameraName::BOTTOM), "by the lower camera"),
+        ]),
+        Overlay::Sonar => inks(&[(Sky, "sonar"), (Vermilion, "echo")]),
+        Overlay::Percepts => {
+            [inks(&[(Orange, "recognises the ball"), (White, "lines")]), teams(["blue", "pink"]).to_vec()].concat()
+        }
+        Overlay::Beliefs => inks(&[
+            (Purple, "believes itself"),
+            (Orange, "the ball"),
+            (robot_ink(Team::Blue), "blue"),
+            (robot_ink(Team::Pink), "pink"),
+        ]),
+        Overlay::Targets => inks(&[(White, "walks within a second"), (Sky, "head")]),
+        Overlay::Drawings => Vec::new(),
+        Overlay::Bounds => inks(&[(Yellow, "bounds of the base"), (Sky, "torso")]),
+        Overlay::KickAreas => inks(&[(White, "kick forwards"), (Sky, "to the side"), (Vermilion, "the ball is in it")]),
+        Overlay::Trails => [teams(["path of blue", "of pink"]).to_vec(), inks(&[(Orange, "of the ball")])].concat(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meanings_of_one_overlay_have_colours_that_differ() {
+        for overlay in Overlay::ALL {
+            let marks = marks(overlay);
+            for (index, (colour, words)) in marks.iter().enumerate() {
+                assert!(marks[..index].iter().all(|(other, _)| other != colour), "{overlay:?}: {words}");
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Pictures of the window, with its panels or of the match alone.
+
+use bevy::prelude::*;
+use bevy::render::view::screenshot::{Screenshot, save_to_disk};
+
+use super::layout::HiddenPanels;
+use super::shared::{KeysSystems, TakePicture};
+use naoisis_core::cycle::CycleClock;
+
+/// The time until the camera has fitted the match into a window whose panels were hidden, s.
+pub const FITTING_S: f64 = 0.8;
+
+/// Saves pictures in the current folder.
+pub struct PicturePlugin;
+
+impl Plugin for PicturePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_message::<TakePicture>()
+            .init_resource::<HiddenPanels>()
+            .add_systems(Update, take_pictures.after(KeysSystems));
+    }
+}
+
+/// Takes a picture of the window at once, and one of the match when its panels have been hidden for long enough.
+fn take_pictures(
+    mut requests: MessageReader<TakePicture>,
+    (clock, time): (Res<CycleClock>, Res<Time<Real>>),
+    mut hidden: ResMut<HiddenPanels>,
+    mut due_s: Local<Option<f64>>,
+    mut commands: Commands,
+) {
+    let now_s = time.elapsed_secs_f64();
+    let mut take = || {
+        let path = format!("naoisis-{:06}.png", clock.cycle);
+        commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path));
+    };
+    for request in requests.read() {
+        match request {
+            TakePicture::OfWindow => take(),
+            TakePicture::OfMatch => *due_s = Some(now_s + FITTING_S),
+        }
+    }
+    hidden.for_picture = due_s.is_some();
+    if due_s.is_some_and(|due_s| now_s >= due_s) {
+        // This frame is still drawn without panels.
+        take();
+        *due_s = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::time::TimeUpdateStrategy;
+    use std::time::Duration;
+
+    #[test]
+    fn panels_are_hidden_until_the_picture_of_the_match_is_taken() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, PicturePlugin))
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(300)))
+            .init_resource::<CycleClock>();
+        app.update();
+        app.world_mut().write_message(TakePicture::OfMatch);
+        let mut frames = Vec::new();
+        for _ in 0..5 {
+            app.update();
+            let taken = app.world_mut().query::<&Screenshot>().iter(app.world()).count();
+            frames.push((app.world().resource::<HiddenPanels>().for_picture, taken));
+        }
+        assert_eq!(frames, [(true, 0), (true, 0), (true, 0), (true, 1), (false, 1)]);
+    }
+}
