@@ -84,6 +84,11 @@ impl GhostBody {
         Self { body, ..self }
     }
 
+    /// Returns the robot and its body.
+    pub fn robot(&self) -> (RobotId, Body) {
+        (self.id, self.body)
+    }
+
     /// Updates the state from another cycle, and keeps the stride.
     pub fn update(&mut self, new: GhostBody) {
         *self = GhostBody { body: self.body, stride: self.stride, ..new };
