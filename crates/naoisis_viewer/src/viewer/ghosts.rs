@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::branches::Branches;
-use super::ghost_models::{GhostModels, OPAQUE};
+use super::ghost_models::{Coat, GhostModels};
 use super::match_before::Kept;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
@@ -23,8 +23,8 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
-/// The opacity of a ghost, %.
-const COVER_PERCENT: u8 = 38;
+/// The look of a ghost that is not on a pitch of its own.
+const COVER: Coat = Coat::of_opacity(38);
 /// The least distance between a ghost and the robot or ball itself, m. Nearer ghosts are hidden, because they would
 /// flicker.
 const SAME_M: f32 = 0.01;
@@ -235,7 +235,7 @@ fn add_ghosts(
     mut models: GhostModels,
 ) {
     let is_opaque = ghosts.beside;
-    let opacity_percent = if is_opaque { OPAQUE } else { COVER_PERCENT };
+    let coat = if is_opaque { Coat::OPAQUE } else { COVER };
     for (of, place) in core::mem::take(&mut read.missing) {
         let robot = of.zip(place.body).map(|(id, ghost_body)| {
             let here = || roster.get(id).and_then(|robot| bodies.get(robot).ok()).copied();
@@ -244,7 +244,7 @@ fn add_ghosts(
             ghost_body.with_body(there.or_else(here).unwrap_or_default())
         });
         let ball = balls.iter().next().copied().unwrap_or_default();
-        models.add(Ghost { of, is_opaque }, place.pose, robot, ball, opacity_percent);
+        models.add(Ghost { of, is_opaque }, place.pose, robot, ball, coat);
     }
 }
 

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use core::f32::consts::PI;
 
 use crate::viewer::camera::{CameraMode, ViewerCamera};
-use crate::viewer::ghost_models::{GhostModels, OPAQUE};
+use crate::viewer::ghost_models::{Coat, GhostModels};
 use crate::viewer::overlays::{SEEN_LATELY_S, faded};
 use crate::viewer::pitch_frame::transform_of;
 use crate::viewer::robot_animation::GhostBody;
@@ -24,8 +24,8 @@ use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::{Belief, RobotBelief, pitch_from_team};
 
-/// The opacity of another robot, or of a ball out of sight, when it was seen just now.
-const COVER: f32 = 0.8;
+/// The opacity of another robot, or of a ball out of sight, when it was seen just now, %.
+const COVER_PERCENT: f32 = 80.0;
 /// The steps of opacities, %. There is one material for each.
 const STEP_PERCENT: f32 = 5.0;
 /// The number of robots that are known by their team only; it is not written on models.
@@ -49,7 +49,7 @@ struct Place {
     of: Option<RobotId>,
     /// Pitch frame.
     pose: Pose,
-    opacity_percent: u8,
+    coat: Coat,
 }
 
 /// Whether bodies must be shown or removed.
@@ -120,23 +120,23 @@ pub(super) fn show(
             visibility.set_if_neq(Visibility::Hidden);
             continue;
         };
-        let (_, Place { of, pose, opacity_percent }) = wanted.remove(index);
+        let (_, Place { of, pose, coat }) = wanted.remove(index);
         visibility.set_if_neq(Visibility::Inherited);
         drawn.0 += 1;
         transform.set_if_neq(transform_of(pose));
         if let (Some(mut limbs), Some(new)) = (limbs, limbs_of(of, pose)) {
             limbs.update(new);
         }
-        let material = MeshMaterial3d(models.material(opacity_percent));
+        let material = MeshMaterial3d(models.material(coat));
         let mut of_parts = materials.iter_many_mut(parts);
         while let Some(mut of_part) = of_parts.fetch_next() {
             of_part.set_if_neq(material.clone());
         }
     }
-    for (model, Place { of, pose, opacity_percent }) in wanted {
+    for (model, Place { of, pose, coat }) in wanted {
         let body = |id| body_of(id, &roster, &robots);
         let robot = limbs_of(of, pose).map(|limbs| limbs.with_body(body(limbs.robot().0)));
-        models.add(model, pose, robot, ball, opacity_percent);
+        models.add(model, pose, robot, ball, coat);
     }
 }
 
@@ -149,36 +149,35 @@ fn body_of(id: RobotId, roster: &Roster, robots: &Robots) -> Body {
 
 /// The bodies in the world of a robot, whose team defends `own_end`.
 fn places(id: RobotId, belief: &Belief, own_end: End) -> Vec<Place> {
+    let itself = Place { of: Some(id), pose: belief.pose, coat: Coat::OPAQUE };
     let ball = belief.ball.map(|ball| {
         let is_seen = ball.heard_from.is_none() && ball.age_s <= SEEN_LATELY_S;
-        let opacity = if is_seen { 1.0 } else { COVER * faded(ball.age_s) };
-        (None, Pose { position: ball.position_m, heading: 0.0 }, opacity)
+        let coat = if is_seen { Coat::OPAQUE } else { translucent(ball.age_s, None) };
+        Place { of: None, pose: Pose { position: ball.position_m, heading: 0.0 }, coat }
     });
     let other = |robot: &RobotBelief, team: Team| {
         let attacks = if team == id.team { 0.0 } else { PI };
         let heading = belief.ball.map_or(attacks, |ball| angle_of(ball.position_m - robot.position_m));
         let of = robot.id.unwrap_or(RobotId::new(team, UNKNOWN));
-        (Some(of), Pose { position: robot.position_m, heading }, COVER * faded(robot.age_s))
+        let pose = Pose { position: robot.position_m, heading };
+        Place { of: Some(of), pose, coat: translucent(robot.age_s, Some(team)) }
     };
     let team_mates = belief.team_mates.iter().map(|robot| other(robot, id.team));
     let opponents = belief.opponents.iter().map(|robot| other(robot, id.team.opponent()));
-    [(Some(id), belief.pose, 1.0)]
-        .into_iter()
+    core::iter::once(itself)
         .chain(ball)
         .chain(team_mates)
         .chain(opponents)
-        .filter(|(_, pose, _)| pose.is_finite())
-        .map(|(of, pose, opacity)| Place {
-            of,
-            pose: pitch_from_team(pose, own_end),
-            opacity_percent: percent(opacity),
-        })
+        // Programs may believe anything.
+        .filter(|place| place.pose.is_finite())
+        .map(|place| Place { pose: pitch_from_team(place.pose, own_end), ..place })
         .collect()
 }
 
-/// The opacity in steps, %.
-fn percent(opacity: f32) -> u8 {
-    ((f32::from(OPAQUE) * opacity / STEP_PERCENT).round() * STEP_PERCENT) as u8
+/// The coat of something that was seen so long ago, s.
+fn translucent(age_s: f32, tint: Option<Team>) -> Coat {
+    let steps = (COVER_PERCENT * faded(age_s) / STEP_PERCENT).round();
+    Coat { opacity_percent: (steps * STEP_PERCENT) as u8, tint }
 }
 
 #[cfg(test)]
@@ -215,13 +214,14 @@ mod tests {
     #[test]
     fn others_face_the_ball_and_fade() {
         let [own, ball, mate, near, far] = places(BLUE1, &belief(), End::PositiveX).try_into().unwrap();
-        assert_eq!((own.of, own.pose.position, own.opacity_percent), (Some(BLUE1), Vec2::new(1.0, -0.5), OPAQUE));
-        assert_eq!((ball.of, ball.pose.position, ball.opacity_percent), (None, Vec2::new(-1.0, -2.0), OPAQUE));
-        assert_eq!((mate.of, mate.opacity_percent), (Some(BLUE2), 80));
+        assert_eq!((own.of, own.pose.position, own.coat), (Some(BLUE1), Vec2::new(1.0, -0.5), Coat::OPAQUE));
+        assert_eq!((ball.of, ball.pose.position, ball.coat), (None, Vec2::new(-1.0, -2.0), Coat::OPAQUE));
+        assert_eq!((mate.of, mate.coat), (Some(BLUE2), Coat { opacity_percent: 80, tint: Some(Team::Blue) }));
         // The ball is at the same x as the team-mate, 2 m from it in -y.
         assert!(mate.pose.forward().abs_diff_eq(Vec2::NEG_Y, 1e-6), "{mate:?}");
         assert_eq!(near.of, Some(RobotId::new(Team::Pink, UNKNOWN)));
-        assert!(far.opacity_percent < near.opacity_percent && far.opacity_percent > 0);
+        let [near_percent, far_percent] = [near, far].map(|place| place.coat.opacity_percent);
+        assert!(far_percent < near_percent && far_percent > 0);
         let unknown = Belief { ball: None, ..belief() };
         let [_, mate, near, _] = places(BLUE1, &unknown, End::NegativeX).try_into().unwrap();
         assert!(mate.pose.forward().abs_diff_eq(Vec2::X, 1e-6) && near.pose.forward().abs_diff_eq(Vec2::NEG_X, 1e-6));
@@ -231,10 +231,10 @@ mod tests {
     fn a_ball_that_is_not_seen_now_is_translucent() {
         let opacity = |age_s, heard_from| {
             let ball = Some(BallBelief { age_s, heard_from, ..default() });
-            places(BLUE1, &Belief { ball, ..default() }, End::NegativeX)[1].opacity_percent
+            places(BLUE1, &Belief { ball, ..default() }, End::NegativeX)[1].coat.opacity_percent
         };
-        assert_eq!(opacity(0.2, None), OPAQUE);
-        assert!(opacity(0.2, Some(BLUE2)) < OPAQUE && opacity(3.0, None) < opacity(1.0, None));
+        assert_eq!(opacity(0.2, None), 100);
+        assert!(opacity(0.2, Some(BLUE2)) < 100 && opacity(3.0, None) < opacity(1.0, None));
     }
 
     /// The visible bodies: their robots, and their places in the pitch frame.
