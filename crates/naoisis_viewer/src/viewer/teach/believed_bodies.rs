@@ -136,7 +136,9 @@ pub(super) fn show(
     for (model, Place { of, pose, coat }) in wanted {
         let body = |id| body_of(id, &roster, &robots);
         let robot = limbs_of(of, pose).map(|limbs| limbs.with_body(body(limbs.robot().0)));
-        models.add(model, pose, robot, ball, coat);
+        let added = models.add(model, pose, robot, ball, coat);
+        models.commands.entity(added).insert(Visibility::Inherited);
+        drawn.0 += 1;
     }
 }
 
@@ -254,8 +256,6 @@ mod tests {
     fn set(app: &mut App, belief: Belief) {
         let robot = app.world().resource::<Roster>().get(BLUE1).unwrap();
         app.world_mut().entity_mut(robot).insert(belief);
-        // New bodies are shown in the frame after.
-        app.update();
         app.update();
     }
 
