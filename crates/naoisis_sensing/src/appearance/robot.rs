@@ -38,7 +38,7 @@ impl RobotDesign {
     /// Both designs.
     pub const BOTH: [RobotDesign; 2] = [RobotDesign::Nao, RobotDesign::Simple];
 
-    /// The parts of a robot with this body in this design.
+    /// The parts of a robot with this body in this design. A robot with the number 0 has empty plates.
     pub fn parts(self, id: RobotId, body: &Body) -> Vec<RobotPart> {
         let number = body.jersey.map(colours::number_on);
         let plain = &Body { look: number.map_or(body.look, |Colour(number)| numbered(body, id, number)), ..*body };
@@ -303,5 +303,6 @@ mod tests {
         // A 1 has two segments, an 8 seven, each on chest and back.
         assert_eq!(count(8) - count(1), 2 * 5);
         assert_eq!(count(18) - count(8), 2 * 2);
+        assert_eq!(count(8) - count(0), 2 * 7);
     }
 }

@@ -4,15 +4,13 @@
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-use super::ball_and_posts::ball_mesh;
 use super::branches::Branches;
+use super::ghost_models::{Coat, GhostModels};
 use super::match_before::Kept;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::part_mesh::part_material;
-use super::pitch_frame::{PitchFrameSystems, PitchRoot, between, transform_of};
+use super::pitch_frame::{PitchFrameSystems, between, transform_of};
 use super::robot_animation::GhostBody;
-use super::robot_model::{RobotMeshes, add_limbs};
 use super::shared::{Compare, DisplayFraction, KeysSystems, Notice, SecondPitch};
 use super::theme::minutes;
 use naoisis_core::ball::{Ball, BallPhysics};
@@ -25,8 +23,8 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
-/// The opacity of a ghost, 0 to 1.
-const COVER: f32 = 0.38;
+/// The look of a ghost that is not on a pitch of its own.
+const COVER: Coat = Coat::of_opacity(38);
 /// The least distance between a ghost and the robot or ball itself, m. Nearer ghosts are hidden, because they would
 /// flicker.
 const SAME_M: f32 = 0.01;
@@ -232,41 +230,21 @@ fn place_ghosts(
 
 /// Adds the ghosts that are not there yet.
 fn add_ghosts(
-    (ghosts, kept, mut read, root): (Res<Ghosts>, Res<Kept>, ResMut<Read>, Res<PitchRoot>),
+    (ghosts, kept, mut read): (Res<Ghosts>, Res<Kept>, ResMut<Read>),
     (roster, bodies, balls): (Res<Roster>, Query<&Body>, Query<&BallPhysics>),
-    mut translucent: Local<Option<Handle<StandardMaterial>>>,
-    mut robot_meshes: ResMut<RobotMeshes>,
-    (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
-    mut commands: Commands,
+    mut models: GhostModels,
 ) {
+    let is_opaque = ghosts.beside;
+    let coat = if is_opaque { Coat::OPAQUE } else { COVER };
     for (of, place) in core::mem::take(&mut read.missing) {
-        let is_opaque = ghosts.beside;
-        let ghost = Ghost { of, is_opaque };
-        let entity = commands.spawn((ChildOf(root.0), ghost, transform_of(place.pose), Visibility::Hidden)).id();
-        let material = if is_opaque {
-            None
-        } else {
-            let make = || {
-                materials.add(StandardMaterial {
-                    base_color: Color::WHITE.with_alpha(COVER),
-                    alpha_mode: AlphaMode::Blend,
-                    ..part_material()
-                })
-            };
-            Some(translucent.get_or_insert_with(make).clone())
-        };
-        if let (Some(id), Some(ghost_body)) = (of, place.body) {
+        let robot = of.zip(place.body).map(|(id, ghost_body)| {
             let here = || roster.get(id).and_then(|robot| bodies.get(robot).ok()).copied();
             let there = kept.stage().filter(|_| ghosts.of == Some(GhostsOf::MatchBefore));
             let there = there.and_then(|(_, stage)| stage.bodies.get(&id).copied());
-            let body = there.or_else(here).unwrap_or_default();
-            commands.entity(entity).insert(ghost_body.with_body(body));
-            add_limbs(entity, (id, &body), material, &mut robot_meshes, &mut meshes, &mut commands);
-        } else {
-            let physics = balls.iter().next().copied().unwrap_or_default();
-            let material = material.unwrap_or_else(|| materials.add(part_material()));
-            commands.spawn((ChildOf(entity), ball_mesh(&physics, &mut meshes), MeshMaterial3d(material)));
-        }
+            ghost_body.with_body(there.or_else(here).unwrap_or_default())
+        });
+        let ball = balls.iter().next().copied().unwrap_or_default();
+        models.add(Ghost { of, is_opaque }, place.pose, robot, ball, coat);
     }
 }
 

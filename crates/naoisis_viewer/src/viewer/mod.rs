@@ -39,6 +39,7 @@
 //! | [`branches`] | branches of the match from any moment |
 //! | [`match_before`] | the match before another took its place, to go back to |
 //! | [`frames`] | fewer frames while nothing moves |
+//! | `ghost_models` | models of robots and balls that are no part of the match |
 //! | [`ghosts`] | another branch on the same pitch, translucent |
 //! | [`many_times`] | repetitions of a moment with other random numbers |
 //! | [`decided`] | what decided the match: the largest swings of the chance to score, with their mistakes |
@@ -102,6 +103,7 @@ mod field;
 pub mod film;
 pub mod first_frame;
 pub mod frames;
+mod ghost_models;
 pub mod ghosts;
 pub mod interaction;
 mod key_presses;

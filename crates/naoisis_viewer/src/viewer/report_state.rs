@@ -30,6 +30,7 @@
 //! | `summary` | whether the summary of the match is shown |
 //! | `pen` | the number of strokes, while the mouse draws; null otherwise |
 //! | `truth` | whether the truth is shown, not the world of one robot |
+//! | `believed` | the number of bodies that are drawn in the world of one robot, the ball included |
 //! | `bookmarks` | the number of bookmarks, and the one that is shown |
 //! | `plots` | the numbers of plotted fields and of curves |
 //! | `events` | the numbers of listed and of hidden events |
@@ -65,6 +66,7 @@ use super::plots::Plots;
 use super::rebuild::ShownState;
 use super::shared::{Notice, Playback, RobotsWorld, Selection, is_over};
 use super::statistics::FrameStatistics;
+use super::teach::believed_bodies::BelievedBodies;
 use super::teach::bookmarks::Bookmarks;
 use super::teach::pen::Pen;
 use super::timeline::Timeline;
@@ -159,7 +161,7 @@ struct Reported<'w, 's> {
     behaviour: Res<'w, ShownState>,
     free: Res<'w, FreeArea>,
     watched: (Res<'w, GoalReplay>, Res<'w, FinalSummary>),
-    taught: (Res<'w, Pen>, Res<'w, RobotsWorld>, Res<'w, Bookmarks>),
+    taught: (Res<'w, Pen>, Res<'w, RobotsWorld>, Res<'w, Bookmarks>, Res<'w, BelievedBodies>),
     looked: (Res<'w, Plots>, Res<'w, ListedEvents>, Res<'w, Ghosts>, Res<'w, Undo>),
 }
 
@@ -240,6 +242,7 @@ impl Reported<'_, '_> {
             Some(GhostsOf::MatchBefore) => json!([null, ghosts.seen, ghosts.beside]),
             None => json!(null),
         };
+        state["believed"] = self.taught.3.0.into();
         state["undo"] = json!(undo.counts());
         state["control"] = self.keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight]).into();
         state

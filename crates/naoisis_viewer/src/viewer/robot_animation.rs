@@ -84,13 +84,19 @@ impl GhostBody {
         Self { body, ..self }
     }
 
+    /// Returns the robot and its body.
+    pub fn robot(&self) -> (RobotId, Body) {
+        (self.id, self.body)
+    }
+
     /// Updates the state from another cycle, and keeps the stride.
     pub fn update(&mut self, new: GhostBody) {
         *self = GhostBody { body: self.body, stride: self.stride, ..new };
     }
 }
 
-fn move_ghosts(
+/// Poses the limbs of ghosts. Ghosts that were added before it in a frame can be shown in that frame.
+pub fn move_ghosts(
     clock: Res<CycleClock>,
     fraction: Res<DisplayFraction>,
     mut ghosts: Query<(&mut GhostBody, &RobotLimbs)>,

@@ -28,7 +28,8 @@ pub struct RobotLimbs {
 /// The meshes of robots, for reuse.
 #[derive(Resource)]
 pub(super) struct RobotMeshes {
-    material: Handle<StandardMaterial>,
+    /// The material of all robots.
+    pub(super) material: Handle<StandardMaterial>,
     /// Meshes of limbs are shared by robots of a team with the same body.
     limbs: Vec<(Team, Body, [Handle<Mesh>; Limb::COUNT])>,
     /// Meshes of trunks have the number and the colour of the robot.

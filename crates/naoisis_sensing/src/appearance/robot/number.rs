@@ -53,8 +53,11 @@ const SEGMENTS: [[u8; 7]; 10] = [
     [1, 1, 1, 1, 0, 1, 1],
 ];
 
-/// Adds a number on the plates that the robot's look has.
+/// Adds a number on the plates that the robot's look has. 0 stands for an unknown number: the plates stay empty.
 pub(super) fn write(body: &mut PartList, number: u8, plates: &Plates) {
+    if number == 0 {
+        return;
+    }
     let digits = number.to_string();
     let Plates { x_m, z_m, size: scale } = *plates;
     let (look, colour) = (body.look, Colour(body.look.number_colour));

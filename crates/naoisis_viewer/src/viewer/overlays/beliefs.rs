@@ -18,6 +18,10 @@ use naoisis_sensing::belief::{Belief, point_pitch_from_team};
 const WITHIN_BODY_M: f32 = 0.02;
 /// The time for which the path of a believed ball is drawn, s.
 const ROLLS_FOR_S: f32 = 1.0;
+/// The height of words above a believed ball, m: above the balls of all leagues.
+const ABOVE_BALL_M: f32 = 0.25;
+/// The age up to which a ball is one that the robot sees now, s.
+pub const SEEN_LATELY_S: f32 = 0.5;
 
 pub(super) fn draw_beliefs(
     showing: Showing,
@@ -80,9 +84,9 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
         }
         // A ball that the robot sees now needs no text.
         if let Some(from) = believed.heard_from {
-            brush.words(at, format!("reported by {from}, {:.1} s ago", believed.age_s), colour);
-        } else if believed.age_s > 0.5 {
-            brush.words(at, format!("seen {:.1} s ago", believed.age_s), colour);
+            brush.words_above(at, ABOVE_BALL_M, format!("reported by {from}, {:.1} s ago", believed.age_s), colour);
+        } else if believed.age_s > SEEN_LATELY_S {
+            brush.words_above(at, ABOVE_BALL_M, format!("seen {:.1} s ago", believed.age_s), colour);
         }
     }
     let others = [(&belief.opponents, id.team.opponent()), (&belief.team_mates, id.team)];
@@ -104,7 +108,7 @@ pub(super) fn robot_ink(team: Team) -> DrawColour {
     }
 }
 
-/// The opacity of an estimate of this age, s.
-fn faded(age_s: f32) -> f32 {
+/// Returns the opacity of an estimate of this age, s.
+pub fn faded(age_s: f32) -> f32 {
     (1.0 - age_s / 6.0).clamp(0.35, 1.0)
 }

@@ -120,7 +120,19 @@ impl Brush<'_, '_> {
 
     /// Writes words above a position on the ground.
     pub fn words(&mut self, place: Vec2, text: impl Into<String>, colour: Color) {
-        self.words.0.push(Words { place: on_ground(place), text: text.into(), colour });
+        self.words_above(place, GROUND_M, text, colour);
+    }
+
+    /// Writes words above something of this height, m, at a position.
+    pub(in crate::viewer) fn words_above(
+        &mut self,
+        place: Vec2,
+        height_m: f32,
+        text: impl Into<String>,
+        colour: Color,
+    ) {
+        let place = world_from_pitch() * place.extend(height_m);
+        self.words.0.push(Words { place, text: text.into(), colour });
     }
 }
 

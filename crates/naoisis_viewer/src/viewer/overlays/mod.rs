@@ -29,6 +29,7 @@ mod senses;
 mod surroundings;
 
 pub use beliefs::draw_world_of;
+pub(super) use beliefs::{SEEN_LATELY_S, faded};
 pub use brush::{Brush, OverlayWords};
 pub use senses::junction_letter;
 

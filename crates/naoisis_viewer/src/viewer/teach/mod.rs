@@ -3,13 +3,17 @@
 use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
 
+pub(super) mod believed_bodies;
 pub mod bookmark_file;
 pub mod bookmarks;
 pub mod pen;
 mod robots_world;
 
 use super::overlays::OverlaySystems;
+use super::pitch_frame::PitchFrameSystems;
+use super::robot_animation::move_ghosts;
 use super::shared::{CameraSystems, KeysSystems, OpenedTrace, RobotsWorld, TeachAction};
+use believed_bodies::BelievedBodies;
 use bookmarks::Bookmarks;
 use pen::Pen;
 
@@ -21,6 +25,7 @@ impl Plugin for TeachPlugin {
         app.init_resource::<Pen>()
             .init_resource::<Bookmarks>()
             .init_resource::<RobotsWorld>()
+            .init_resource::<BelievedBodies>()
             .add_message::<TeachAction>()
             .init_resource::<OpenedTrace>()
             .init_resource::<bookmark_file::BookmarkFile>()
@@ -34,6 +39,11 @@ impl Plugin for TeachPlugin {
                 PostUpdate,
                 (
                     robots_world::hide_ball,
+                    believed_bodies::show
+                        .run_if(believed_bodies::is_needed)
+                        .in_set(PitchFrameSystems)
+                        .before(move_ghosts)
+                        .before(TransformSystems::Propagate),
                     (pen::show, robots_world::draw).after(OverlaySystems).before(EguiPostUpdateSet::EndPass),
                 ),
             );

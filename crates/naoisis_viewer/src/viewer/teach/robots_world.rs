@@ -57,7 +57,8 @@ pub(super) fn draw(
             let own_end = game.own_end(id.team);
             draw_world_of(*id, body, belief, own_end, &mut brush);
             let here = belief.pose_in_pitch(own_end).position;
-            brush.words(here + 0.25 * Vec2::Y, format!("{id} believes it is here"), palette::ink(DrawColour::White));
+            let (place, white) = (here + 0.25 * Vec2::Y, palette::ink(DrawColour::White));
+            brush.words_above(place, body.height_m, format!("{id} believes it is here"), white);
         }
         None => brush.words(Vec2::ZERO, format!("{id} has no belief"), palette::ink(DrawColour::White)),
     }
