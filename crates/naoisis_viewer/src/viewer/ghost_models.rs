@@ -56,15 +56,8 @@ pub struct GhostModels<'w, 's> {
 
 impl GhostModels<'_, '_> {
     /// Adds a robot, or a ball with this physics if there is none, with the component `tag`. Its parts are its
-    /// children. It is hidden at first.
-    pub fn add(
-        &mut self,
-        tag: impl Component,
-        pose: Pose,
-        robot: Option<GhostBody>,
-        ball: BallPhysics,
-        coat: Coat,
-    ) -> Entity {
+    /// children. It is hidden at first: new meshes are drawn in the next frame only.
+    pub fn add(&mut self, tag: impl Component, pose: Pose, robot: Option<GhostBody>, ball: BallPhysics, coat: Coat) {
         let material = self.material(coat);
         let entity = self.commands.spawn((ChildOf(self.root.0), tag, transform_of(pose), Visibility::Hidden)).id();
         if let Some(robot) = robot {
@@ -76,7 +69,6 @@ impl GhostModels<'_, '_> {
             let mesh = ball_mesh(&ball, &mut self.meshes);
             self.commands.spawn((ChildOf(entity), mesh, MeshMaterial3d(material)));
         }
-        entity
     }
 
     /// Returns the material of a coat, which all models of a system share.

@@ -95,8 +95,7 @@ impl GhostBody {
     }
 }
 
-/// Poses the limbs of ghosts. Ghosts that were added before it in a frame can be shown in that frame.
-pub fn move_ghosts(
+fn move_ghosts(
     clock: Res<CycleClock>,
     fraction: Res<DisplayFraction>,
     mut ghosts: Query<(&mut GhostBody, &RobotLimbs)>,

@@ -24,10 +24,11 @@ use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::{Belief, RobotBelief, pitch_from_team};
 
-/// The opacity of another robot, or of a ball out of sight, when it was seen just now, %.
-const COVER_PERCENT: f32 = 80.0;
+/// The opacity of another robot, or of a ball out of sight, when it was seen just now, in steps of [`STEP_PERCENT`].
+const COVER_STEPS: u8 = 8;
 /// The steps of opacities, %. There is one material for each.
-const STEP_PERCENT: f32 = 5.0;
+const STEP_PERCENT: u8 = 10;
+const TINTS: [Option<Team>; 3] = [None, Some(Team::Blue), Some(Team::Pink)];
 /// The number of robots that are known by their team only; it is not written on models.
 const UNKNOWN: u8 = 0;
 
@@ -95,6 +96,12 @@ pub(super) fn show(
         drawn.0 = 0;
         return;
     }
+    if world.is_changed() {
+        // A material that is new in a frame is not drawn in it, so there are all of them from the beginning.
+        for (steps, tint) in (1..=COVER_STEPS).flat_map(|steps| TINTS.map(|tint| (steps, tint))) {
+            models.material(Coat { opacity_percent: steps * STEP_PERCENT, tint });
+        }
+    }
     let is_outside = !cameras.iter().any(|camera| matches!(camera.mode, CameraMode::RobotCamera(_)));
     let whose = selection.0.filter(|_| is_outside).and_then(|id| robots.get(roster.get(id)?).ok());
     let believed = whose.and_then(|((id, belief, _), _)| Some((id, belief?)));
@@ -136,9 +143,7 @@ pub(super) fn show(
     for (model, Place { of, pose, coat }) in wanted {
         let body = |id| body_of(id, &roster, &robots);
         let robot = limbs_of(of, pose).map(|limbs| limbs.with_body(body(limbs.robot().0)));
-        let added = models.add(model, pose, robot, ball, coat);
-        models.commands.entity(added).insert(Visibility::Inherited);
-        drawn.0 += 1;
+        models.add(model, pose, robot, ball, coat);
     }
 }
 
@@ -178,8 +183,8 @@ fn places(id: RobotId, belief: &Belief, own_end: End) -> Vec<Place> {
 
 /// The coat of something that was seen so long ago, s.
 fn translucent(age_s: f32, tint: Option<Team>) -> Coat {
-    let steps = (COVER_PERCENT * faded(age_s) / STEP_PERCENT).round();
-    Coat { opacity_percent: (steps * STEP_PERCENT) as u8, tint }
+    let steps = (f32::from(COVER_STEPS) * faded(age_s)).round() as u8;
+    Coat { opacity_percent: steps * STEP_PERCENT, tint }
 }
 
 #[cfg(test)]
@@ -256,6 +261,8 @@ mod tests {
     fn set(app: &mut App, belief: Belief) {
         let robot = app.world().resource::<Roster>().get(BLUE1).unwrap();
         app.world_mut().entity_mut(robot).insert(belief);
+        // New bodies are shown in the frame after, when the graphics card has their meshes.
+        app.update();
         app.update();
     }
 

@@ -11,7 +11,6 @@ mod robots_world;
 
 use super::overlays::OverlaySystems;
 use super::pitch_frame::PitchFrameSystems;
-use super::robot_animation::move_ghosts;
 use super::shared::{CameraSystems, KeysSystems, OpenedTrace, RobotsWorld, TeachAction};
 use believed_bodies::BelievedBodies;
 use bookmarks::Bookmarks;
@@ -42,7 +41,6 @@ impl Plugin for TeachPlugin {
                     believed_bodies::show
                         .run_if(believed_bodies::is_needed)
                         .in_set(PitchFrameSystems)
-                        .before(move_ghosts)
                         .before(TransformSystems::Propagate),
                     (pen::show, robots_world::draw).after(OverlaySystems).before(EguiPostUpdateSet::EndPass),
                 ),
