@@ -144,6 +144,7 @@ pub mod theme;
 mod time_axis;
 pub mod timeline;
 mod timeline_bar;
+pub mod unrecognised;
 pub mod watch;
 pub mod widgets;
 mod window_title;
@@ -218,6 +219,7 @@ impl PluginGroup for ViewerPlugins {
             .add(events_panel::EventsPanelPlugin)
             .add(camera_images::CameraImagesPlugin)
             .add(rebuild::RebuildPlugin)
+            .add(unrecognised::UnrecognisedPlugin)
             .add(branches::BranchesPlugin)
             .add(match_before::MatchBeforePlugin)
             .add(ghosts::GhostsPlugin)

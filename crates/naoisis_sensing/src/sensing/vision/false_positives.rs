@@ -137,7 +137,7 @@ impl ActiveFalsePositives {
         for place in &self.places {
             match place.semblance {
                 Semblance::Ball if percepts.ball.is_none() => {
-                    percepts.ball = observer.see_ball(SceneBall::on_ground(place.position, radius));
+                    percepts.ball = observer.see_ball(SceneBall::on_ground(place.position, radius)).ok();
                 }
                 Semblance::Ball => {}
                 Semblance::Robot(team) => {

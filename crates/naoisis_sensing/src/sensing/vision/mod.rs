@@ -65,6 +65,7 @@ pub mod image;
 mod jersey_colours;
 mod landmarks;
 mod measuring;
+mod missed;
 mod noise;
 mod observer;
 mod occlusion;
@@ -72,6 +73,7 @@ mod percepts;
 mod points;
 mod robots;
 mod truth;
+mod unrecognised;
 
 use ahead::LandmarksAhead;
 use confidence::Counts;
@@ -82,6 +84,8 @@ pub use noise::{ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, Jers
 use observer::{Observer, Views};
 use occlusion::Occluders;
 pub use percepts::{BallPercept, GoalPostPercept, GroundPoint, LandmarkKind, LandmarkPercept, Percepts, RobotPercept};
+
+pub use missed::{Cover, MissedObject, SceneObject, Unrecognised, WhyMissed};
 
 /// Fills every robot's [`Percepts`].
 pub struct VisionPlugin;
@@ -97,7 +101,14 @@ impl Plugin for VisionPlugin {
             .register_type::<ActiveFalsePositives>()
             .init_resource::<SensingThreads>()
             .add_systems(Cycle, gaze::move_cameras.in_set(SensingSystems::Scene))
-            .add_systems(Cycle, (recognise, image::seeing::process_images).chain().in_set(SensingSystems::Vision));
+            .add_systems(Cycle, (recognise, image::seeing::process_images).chain().in_set(SensingSystems::Vision))
+            .add_systems(
+                Cycle,
+                unrecognised::look_at_images
+                    .in_set(SensingSystems::Vision)
+                    .after(image::seeing::process_images)
+                    .run_if(resource_exists::<Unrecognised>),
+            );
     }
 }
 
@@ -133,6 +144,7 @@ fn recognise(
     scene: Res<Scene>,
     clock: Res<CycleClock>,
     (mut occluders, mut views, mut ahead): (Local<Occluders>, Local<Views>, Local<LandmarksAhead>),
+    mut unrecognised: Option<ResMut<Unrecognised>>,
     mut robots: Query<(
         &RobotId,
         &Pose,
@@ -160,7 +172,8 @@ fn recognise(
                 views.update((cameras, body), (head, gaze), &settings.noise, vision);
                 occluders.gather(&scene, own_index, pose, views.actual());
                 let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, [vision, recognition]);
-                observer.recognise_everything(&mut percepts, &scene, own_index, &mut ahead);
+                let mut missed = unrecognised.is_some().then(Vec::new);
+                observer.recognise_everything(&mut percepts, &scene, own_index, &mut ahead, missed.as_mut());
                 let true_ones = Counts::of(&percepts);
                 observer.add_false_positives(&mut percepts, &scene);
                 if settings.points {
@@ -178,6 +191,9 @@ fn recognise(
                 }
                 if settings.noise.confidence {
                     confidence::rate(&mut percepts, true_ones, &settings.noise, streams.own("confidence"));
+                }
+                if let Some((unrecognised, missed)) = unrecognised.as_mut().zip(missed) {
+                    unrecognised.note(id, clock.start_time_s(), percepts.time_s, missed);
                 }
             }
         }

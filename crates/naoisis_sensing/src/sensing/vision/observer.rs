@@ -110,6 +110,11 @@ impl<'a> Observer<'a> {
         self.occluders.hide(&self.actual[camera].lens, point.truncate(), point.z, target)
     }
 
+    /// The robot or post that hides a point (robot frame, m) of a target from a camera.
+    pub(super) fn hider(&self, camera: usize, point: Vec3, target: Target) -> Option<Target> {
+        self.occluders.hider(&self.actual[camera].lens, point.truncate(), point.z, target)
+    }
+
     /// Whether the whole part of a target within `radius` m of `centre` (robot frame, m) is certainly visible to a camera.
     pub(super) fn sees_all(&self, camera: usize, centre: Vec3, radius: f32, target: Target) -> bool {
         target == Target::Unobstructed && self.actual[camera].surely_sees(centre, radius)

@@ -102,15 +102,21 @@ impl Occluders {
         let lens = *lens;
         let sight = Sight::new(lens, place);
         let direction = sight.direction.extend(height_m - lens.z);
-        self.robots.iter().any(|robot| {
-            target != Target::Robot(robot.index)
-                && sight.passes(robot.position, robot.reach)
-                && robot.is_in_the_way(lens, direction)
-        }) || self.posts.iter().any(|post| {
-            target != Target::Post(post.index)
-                && sight.passes(post.position, post.radius)
-                && post.is_in_the_way(lens, direction)
-        })
+        self.robots.iter().any(|robot| robot.hides(&sight, lens, direction, target))
+            || self.posts.iter().any(|post| post.hides(&sight, lens, direction, target))
+    }
+
+    /// The first occluder that hides a point: see [`hide`](Self::hide).
+    pub fn hider(&self, lens: &Vec3, place: Vec2, height_m: f32, target: Target) -> Option<Target> {
+        if target == Target::Unobstructed {
+            return None;
+        }
+        let lens = *lens;
+        let sight = Sight::new(lens, place);
+        let direction = sight.direction.extend(height_m - lens.z);
+        let robot = self.robots.iter().find(|robot| robot.hides(&sight, lens, direction, target));
+        let post = || self.posts.iter().find(|post| post.hides(&sight, lens, direction, target));
+        robot.map(|robot| Target::Robot(robot.index)).or_else(|| post().map(|post| Target::Post(post.index)))
     }
 }
 
@@ -142,6 +148,13 @@ impl Sight {
 }
 
 impl OccludingRobot {
+    #[inline(always)]
+    fn hides(&self, sight: &Sight, lens: Vec3, direction: Vec3, target: Target) -> bool {
+        target != Target::Robot(self.index)
+            && sight.passes(self.position, self.reach)
+            && self.is_in_the_way(lens, direction)
+    }
+
     #[inline]
     fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
         let origin = unrotate(self.forward, lens.truncate() - self.position);
@@ -180,6 +193,13 @@ impl Bounds {
 }
 
 impl OccludingPost {
+    #[inline(always)]
+    fn hides(&self, sight: &Sight, lens: Vec3, direction: Vec3, target: Target) -> bool {
+        target != Target::Post(self.index)
+            && sight.passes(self.position, self.radius)
+            && self.is_in_the_way(lens, direction)
+    }
+
     /// Whether the line of sight passes through the upright cylinder: while it is within the circle, it is not above the top.
     fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
         let offset = lens.truncate() - self.position;

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::measuring::{Cue, on_pitch};
+use super::missed::Miss;
 use super::noise::HiddenFeet;
 use super::observer::{Observer, across_sight};
 use super::occlusion::Target;
@@ -21,18 +22,18 @@ const WAISTBAND_OFFSETS: [f32; 3] = [0.0, -0.04 / 0.074, 0.04 / 0.074];
 const LEG_HEIGHTS: [f32; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
 /// The least number of visible sample points with which a waistband is in view.
-const WAISTBAND_POINTS_NEEDED: usize = 3;
+pub(super) const WAISTBAND_POINTS_NEEDED: usize = 3;
 
 /// The number of sample points of a waistband.
-const WAISTBAND_POINTS: usize = 9;
+pub(super) const WAISTBAND_POINTS: usize = 9;
 
 impl Observer<'_> {
-    pub(super) fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
+    pub(super) fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Result<RobotPercept, Miss> {
         let band = &robot.body.waistband;
         let mut percept = self.see_waistband(robot.pose.position, robot.id.team, band, Target::Robot(index))?;
         percept.colour = self.colour_of(&robot.body, robot.id.team);
         self.recognise_jersey(&mut percept, robot);
-        Some(percept)
+        Ok(percept)
     }
 
     /// Fills in the number and the heading of a robot, as far as it is near enough. The number is on chest and back.
@@ -56,7 +57,7 @@ impl Observer<'_> {
 
     /// The percept of a false robot of `team` with this body at `position` on the pitch.
     pub(super) fn see_false_robot(&mut self, position: Vec2, team: Team, body: &Body) -> Option<RobotPercept> {
-        let percept = self.see_waistband(position, team, &body.waistband, Target::Other)?;
+        let percept = self.see_waistband(position, team, &body.waistband, Target::Other).ok()?;
         Some(RobotPercept { colour: self.colour_of(body, team), ..percept })
     }
 
@@ -65,35 +66,58 @@ impl Observer<'_> {
         body.jersey.filter(|_| self.noise.jerseys.colour_m > 0.0).map(|jersey| jersey.colour_of(team))
     }
 
-    fn see_waistband(&mut self, position: Vec2, team: Team, band: &Waistband, target: Target) -> Option<RobotPercept> {
+    fn see_waistband(
+        &mut self,
+        position: Vec2,
+        team: Team,
+        band: &Waistband,
+        target: Target,
+    ) -> Result<RobotPercept, Miss> {
         let class = &self.noise.robots;
         let place = self.in_robot_frame(position);
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
-            return None;
+            return Err(Miss::NotDetected);
         }
-        let threshold = self.may_detect(class, place)?;
+        let threshold = self.may_detect(class, place).ok_or(Miss::NotDetected)?;
         let target = self.judge(target, place, radius_of(band));
-        let (camera, cue) =
-            self.best_cue(place, target, |observer, camera| observer.robot_cue(camera, place, band, target))?;
-        let is_detected =
-            self.is_detected(class, (place, threshold), (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS), |observer| {
-                if observer.sees_all(camera, place.extend(heights_of(band)[0]), radius_of(band), target) {
-                    return WAISTBAND_POINTS;
-                }
-                let points = waistband(&observer.actual[camera], place, band);
-                let is_visible = |point: &&Vec3| observer.is_visible(camera, **point, target);
-                // If only the foot is in this image, the waistband is in another image.
-                points.as_flattened().iter().filter(is_visible).count().max(WAISTBAND_POINTS_NEEDED)
-            });
+        let (camera, cue) = self.waistband_cue(place, band, target).ok_or(Miss::NotDetected)?;
+        let counts = (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS);
+        let is_detected = self.is_detected(class, (place, threshold), counts, |observer| {
+            observer.visible_points_of_waistband(camera, place, band, target)
+        });
         if !is_detected {
-            return None;
+            return Err(Miss::NotDetected);
         }
-        let (mut pixel, mut position_m) = self.measured_standing_point(camera, place, 0.0, cue, class.pixel_sd)?;
+        let (mut pixel, mut position_m) =
+            self.measured_standing_point(camera, place, 0.0, cue, class.pixel_sd).ok_or(Miss::NotMeasured)?;
         if cue != Cue::Foot && self.noise.hidden_feet != HiddenFeet::default() {
-            position_m = on_pitch(Some(position_m * self.error_without_feet(camera, place, band, target)))?;
+            position_m = on_pitch(Some(position_m * self.error_without_feet(camera, place, band, target)))
+                .ok_or(Miss::NotMeasured)?;
             pixel = self.believed[camera].project_anywhere(position_m.extend(0.0));
         }
-        Some(RobotPercept::new(self.names[camera], team, pixel, position_m))
+        Ok(RobotPercept::new(self.names[camera], team, pixel, position_m))
+    }
+
+    /// The camera and the cue by which a robot at `place` (robot frame, m) is located, if enough of its waistband is visible.
+    pub(super) fn waistband_cue(&self, place: Vec2, band: &Waistband, target: Target) -> Option<(usize, Cue)> {
+        self.best_cue(place, target, |observer, camera| observer.robot_cue(camera, place, band, target))
+    }
+
+    /// The number of the sample points of a waistband at `place` (robot frame, m) that are visible to a camera.
+    pub(super) fn visible_points_of_waistband(
+        &self,
+        camera: usize,
+        place: Vec2,
+        band: &Waistband,
+        target: Target,
+    ) -> usize {
+        if self.sees_all(camera, place.extend(heights_of(band)[0]), radius_of(band), target) {
+            return WAISTBAND_POINTS;
+        }
+        let points = waistband(&self.actual[camera], place, band);
+        let is_visible = |point: &&Vec3| self.is_visible(camera, **point, target);
+        // If only the foot is in this image, the waistband is in another image.
+        points.as_flattened().iter().filter(is_visible).count().max(WAISTBAND_POINTS_NEEDED)
     }
 
     /// The factor on the measured distance of a robot without a visible foot. Its error grows with the hidden height.
@@ -129,7 +153,7 @@ impl Observer<'_> {
 }
 
 /// The sample points of the waistband of a robot at `place`.
-fn waistband(view: &CameraView, place: Vec2, band: &Waistband) -> [[Vec3; 3]; 3] {
+pub(super) fn waistband(view: &CameraView, place: Vec2, band: &Waistband) -> [[Vec3; 3]; 3] {
     let across = across_sight(view, place);
     // Written out, as arrays mapped within arrays are slow.
     let at = |share: f32| place + (share * band.half_size_m.y) * across;
@@ -147,6 +171,6 @@ fn heights_of(band: &Waistband) -> [f32; 3] {
 }
 
 /// The radius about the middle of a waistband that contains all of its sample points, m, plus a millimetre: 6.4 cm for a NAO.
-fn radius_of(band: &Waistband) -> f32 {
+pub(super) fn radius_of(band: &Waistband) -> f32 {
     Vec2::new(0.5 * band.height(), WAISTBAND_OFFSETS[2] * band.half_size_m.y).length() + 0.001
 }

@@ -26,6 +26,7 @@ use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
 use naoisis_record::whatif::Moment;
+use naoisis_sensing::sensing::vision::MissedObject;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::gather::CurrentRecord;
@@ -68,6 +69,8 @@ pub struct RebuiltMoment {
     pub cycle: u64,
     /// The behaviour states of all robots.
     pub states: BTreeMap<RobotId, BehaviourState>,
+    /// The objects that each robot did not recognise, as far as this is known.
+    pub unrecognised: BTreeMap<RobotId, Vec<MissedObject>>,
     /// The match, to play on from.
     pub moment: Moment,
     /// The moment as a scenario, or why there is none.
@@ -83,6 +86,8 @@ pub struct RebuiltMoment {
 pub struct Rebuilt {
     /// How far the match of a trace has been replayed.
     pub progress: RebuildProgress,
+    /// Whether the present is rebuilt, too, as the past is.
+    pub wants_present: bool,
     latest: Option<RebuiltMoment>,
     thread: Option<Thread>,
     /// The match of the results.
@@ -244,7 +249,7 @@ fn add_records(timeline: Res<Timeline>, history: Res<History>, mut rebuilt: ResM
     }
 }
 
-/// Requests the moment that is shown, if it is in the past.
+/// Requests the moment that is shown, if it is in the past or the present is wanted.
 fn ask(
     timeline: Res<Timeline>,
     keyframes: Res<Keyframes>,
@@ -253,7 +258,7 @@ fn ask(
     simulator: Option<Res<Simulator>>,
     mut rebuilt: ResMut<Rebuilt>,
 ) {
-    let Some(simulator) = simulator.filter(|_| timeline.is_past()) else { return };
+    let Some(simulator) = simulator.filter(|_| timeline.is_past() || rebuilt.wants_present) else { return };
     let cycle = clock.cycle;
     let is_asked = rebuilt.asked == Some(cycle);
     let is_beyond = matches!(rebuilt.progress, RebuildProgress::Differs(from) if cycle >= from);
@@ -302,10 +307,11 @@ fn read_state(world: &mut World) {
     world.resource_mut::<ShownState>().set_if_neq(ShownState(state));
 }
 
-const OTHER_MATCH: &str = "The replayed match differs here: it was changed by hand, or a robot was driven.";
+/// Why the state of a moment is not known, if a match was changed by hand.
+pub(super) const OTHER_MATCH: &str = "The replayed match differs here: it was changed by hand, or a robot was driven.";
 
 /// Why the state of a moment is not known.
-fn why_unknown(rebuilt: &Rebuilt, cycle: u64, keyframes: &Keyframes, can_play: bool) -> String {
+pub(super) fn why_unknown(rebuilt: &Rebuilt, cycle: u64, keyframes: &Keyframes, can_play: bool) -> String {
     if !can_play {
         return "This program cannot replay the match.".to_owned();
     }

@@ -1,6 +1,7 @@
 //! The thread that replays the match.
 
 use bevy::prelude::*;
+use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 
 use super::{PlayAgain, RebuiltMoment, Reply, Request, Wanted};
@@ -11,8 +12,10 @@ use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
 use naoisis_record::whatif::Moment;
 use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sensing::sensing::vision::{MissedObject, Percepts, Unrecognised};
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::BehaviourSpec;
@@ -178,13 +181,14 @@ impl Moments {
         let (kept, moment) = kept.ok_or_else(nothing)?;
         let (app, of_match) = self.app.get_or_insert_with(|| {
             let mut app = (self.simulator)();
-            app.insert_resource(SensingThreads(1));
+            app.insert_resource(SensingThreads(1)).init_resource::<Unrecognised>();
             (app, Keyframes::default())
         });
         let now = app.world().resource::<CycleClock>().cycle;
         // If the app is at a moment between the keyframe and the wanted one, fewer cycles have to be played from there.
         if !of_match.is_same(&wanted.keyframes) || now > latest || now < kept {
             moment.put_back(app.world_mut()).map_err(|error| error.to_string())?;
+            app.world_mut().resource_mut::<Unrecognised>().clear();
         }
         of_match.clone_from(&wanted.keyframes);
         while app.world().resource::<CycleClock>().cycle < wanted.cycle {
@@ -201,10 +205,18 @@ impl Moments {
             keyframes: wanted.keyframes.clone(),
             is_same: is_same(app, &wanted.record, &wanted.fields),
             states,
+            unrecognised: all_unrecognised(app.world()),
             moment: Moment::of(app.world_mut()).map_err(|error| error.to_string())?,
             situation: situation(app.world_mut()).map_err(|fault| fault.to_string()),
         })
     }
+}
+
+/// The objects that each robot did not recognise. Not known if their images are older than the first cycle that was played.
+fn all_unrecognised(world: &World) -> BTreeMap<RobotId, Vec<MissedObject>> {
+    let unrecognised = world.resource::<Unrecognised>();
+    let of = |id, robot| unrecognised.of(id, world.get::<Percepts>(robot)?);
+    world.resource::<Roster>().iter().filter_map(|(id, robot)| Some((id, of(id, robot)?))).collect()
 }
 
 /// Makes all robots record their reasons in the next cycle.

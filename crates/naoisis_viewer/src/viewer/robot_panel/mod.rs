@@ -8,6 +8,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 mod last_kick;
 mod pictures;
 mod pins;
+mod unrecognised;
 mod wall;
 mod wording;
 
@@ -23,6 +24,7 @@ use super::rebuild::ShownState;
 use super::shared::{Action, Playback, Selection, SelectionCommand, TimelineCommand, ViewPreset};
 use super::theme::{band, bright, count, dim, text_size};
 use super::timeline::Timeline;
+use super::unrecognised::ShownUnrecognised;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::{Inbox, TeamMessage};
 use naoisis_core::cycle::CycleClock;
@@ -128,7 +130,7 @@ fn show_robot(
     (clock, game): (Res<CycleClock>, Res<Game>),
     (samples, current): (Res<CycleSamples>, Res<CurrentRecord>),
     (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
-    mut opened: ResMut<Opened>,
+    (mut opened, missed): (ResMut<Opened>, Res<ShownUnrecognised>),
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
     (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
@@ -171,6 +173,7 @@ fn show_robot(
                     }
                 });
                 ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
+                unrecognised::show(ui, &missed.0, game.own_end(id.team), playback.paused);
             });
             opened.set_if_neq(Opened { cameras });
             section(ui, "Senses", true, |ui| show_senses(ui, &robot, record, &mut pins));

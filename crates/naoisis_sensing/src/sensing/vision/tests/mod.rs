@@ -1,6 +1,7 @@
 //! The vision compared with hand-computed positions.
 
 mod errors;
+mod unrecognised;
 
 use super::*;
 use crate::sensing::sonar::SonarSettings;

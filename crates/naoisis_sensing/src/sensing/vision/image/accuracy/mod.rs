@@ -172,7 +172,7 @@ impl Workshop {
         views.update((cameras, &own.body), looks, noise, streams[0]);
         self.occluders.gather(scene, Some(0), own.pose, views.actual());
         let mut observer = Observer::new(&views, own.pose, noise, &self.occluders, streams);
-        observer.recognise_everything(percepts, scene, Some(0), &mut LandmarksAhead::default());
+        observer.recognise_everything(percepts, scene, Some(0), &mut LandmarksAhead::default(), None);
         observer.add_false_positives(percepts, scene);
     }
 
