@@ -205,6 +205,11 @@ impl DisplaySettings {
         *self.of_mut(switch) = !was_on;
     }
 
+    /// Returns whether a panel at the right is open.
+    pub fn has_panel_at_right(&self) -> bool {
+        self.game || self.overlays || self.cameras || self.decided || self.many_times
+    }
+
     /// Returns the size of panels relative to the display.
     pub fn panel_factor(&self) -> f32 {
         /// How much larger panels are for a projector.

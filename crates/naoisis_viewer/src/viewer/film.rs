@@ -84,8 +84,11 @@ fn toggle(
         }
         match create(*kind, clock.cycle) {
             Ok(film) => {
-                notice.tell(format!("Recording {}", film.path().display()));
                 let is_without_panels = *kind == ToggleFilm::VideoOfMatch;
+                // Notices are hidden with the panels.
+                if !is_without_panels {
+                    notice.tell(format!("Recording {}", film.path().display()));
+                }
                 let fitting_s = if is_without_panels { FITTING_S } else { 0.0 };
                 filming.begin(film, time.elapsed_secs_f64() + fitting_s);
                 filming.is_without_panels = is_without_panels;

@@ -48,6 +48,11 @@ impl Keyframes {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
+    /// Returns whether something else has these keyframes, too.
+    pub(super) fn is_shared(&self) -> bool {
+        Arc::strong_count(&self.0) > 1
+    }
+
     /// Adds a keyframe.
     pub fn keep(&self, cycle: u64, moment: Moment) {
         let mut kept = self.kept();

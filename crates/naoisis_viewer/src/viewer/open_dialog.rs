@@ -2,12 +2,12 @@
 
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
-use egui_file_dialog::{FileDialog, FileDialogConfig, OpeningMode};
+use egui_file_dialog::{DialogState, FileDialog, FileDialogConfig, OpeningMode};
 
 use super::layout::LayoutSystems;
 use super::match_panel::MatchCommand;
 use super::shared::Action;
-use super::start_page::StartPage;
+use super::start_page::{DialogIsOpen, StartPage};
 
 /// The endings of files that can be opened.
 const OPENED: [&str; 5] = ["json", "ron", "naoisis", "jsonl", "zst"];
@@ -52,10 +52,11 @@ fn open(mut dialog: ResMut<OpenDialog>) {
 fn show(
     mut contexts: EguiContexts,
     mut dialog: ResMut<OpenDialog>,
-    mut page: ResMut<StartPage>,
+    (mut page, mut is_open): (ResMut<StartPage>, ResMut<DialogIsOpen>),
     mut commands: MessageWriter<MatchCommand>,
 ) -> Result {
     dialog.0.update(contexts.ctx_mut()?);
+    is_open.set_if_neq(DialogIsOpen(*dialog.0.state() == DialogState::Open));
     if let Some(path) = dialog.0.take_picked() {
         commands.write(MatchCommand::Open(path));
         page.0 = false;

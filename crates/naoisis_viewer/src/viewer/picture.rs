@@ -1,10 +1,10 @@
 //! Pictures of the window, with its panels or of the match alone.
 
 use bevy::prelude::*;
-use bevy::render::view::screenshot::{Screenshot, save_to_disk};
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 
 use super::layout::HiddenPanels;
-use super::shared::{KeysSystems, TakePicture};
+use super::shared::{KeysSystems, Notice, TakePicture};
 use naoisis_core::cycle::CycleClock;
 
 /// The time until the camera has fitted the match into a window whose panels were hidden, s.
@@ -32,7 +32,10 @@ fn take_pictures(
     let now_s = time.elapsed_secs_f64();
     let mut take = || {
         let path = format!("naoisis-{:06}.png", clock.cycle);
-        commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path));
+        let told = format!("Saved as {path}");
+        // The picture itself is without this notice.
+        let tell = move |_: On<ScreenshotCaptured>, mut notice: ResMut<Notice>| notice.tell(told.clone());
+        commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path)).observe(tell);
     };
     for request in requests.read() {
         match request {

@@ -27,17 +27,22 @@ pub struct StartPagePlugin;
 impl Plugin for StartPagePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<StartPage>()
+            .init_resource::<DialogIsOpen>()
             .add_systems(Update, (open_dropped, wait_for_choice))
             .add_systems(EguiPrimaryContextPass, show.run_if(is_open).in_set(LayoutSystems::Floating));
     }
 }
 
+/// Whether a dialog is open, which hides the page meanwhile.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct DialogIsOpen(pub bool);
+
 /// Whether the page is shown; the match behind it is paused.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct StartPage(pub bool);
 
-fn is_open(page: Res<StartPage>) -> bool {
-    page.0
+fn is_open(page: Res<StartPage>, dialog: Res<DialogIsOpen>) -> bool {
+    page.0 && !dialog.0
 }
 
 /// Pauses the match until a use is chosen. Continuing it by a key closes the page.
@@ -101,7 +106,9 @@ fn show(
                 let text = ui.add(text);
                 text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "File to open"));
                 let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-                if (ui.button("Open").clicked() || is_entered) && !typed.trim().is_empty() {
+                let is_typed = !typed.trim().is_empty();
+                let is_clicked = ui.add_enabled(is_typed, egui::Button::new("Open")).clicked();
+                if is_clicked || (is_entered && is_typed) {
                     commands.write(MatchCommand::Open(typed.trim().into()));
                     is_chosen = true;
                 }

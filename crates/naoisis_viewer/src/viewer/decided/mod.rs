@@ -72,7 +72,18 @@ pub struct Decided {
     wanted: Option<usize>,
     /// The match of the results.
     of: Keyframes,
+    /// The results of other branches and of the match before.
+    others: Vec<Results>,
     thread: Option<Thread>,
+}
+
+/// The results of a match that is not shown.
+struct Results {
+    of: Keyframes,
+    chances: BTreeMap<u64, Chance>,
+    swings: Vec<Swing>,
+    played_s: f64,
+    wanted: Option<usize>,
 }
 
 impl Default for Decided {
@@ -85,6 +96,7 @@ impl Default for Decided {
             played_s: 0.0,
             wanted: None,
             of: Keyframes::default(),
+            others: Vec::new(),
             thread: None,
         }
     }
@@ -122,10 +134,24 @@ impl Decided {
         Progress { played, all: self.of.cycles(is_in_play).len().max(played) + awaited }
     }
 
-    /// Forgets the results, for another match or another duration.
-    fn forget(&mut self, keyframes: &Keyframes) {
-        let (times, for_s) = (self.times, self.for_s);
+    /// Forgets the results, for another duration.
+    fn forget(&mut self) {
+        let (times, for_s, of, others) = (self.times, self.for_s, self.of.clone(), core::mem::take(&mut self.others));
+        *self = Self { times, for_s, of, others, ..default() };
+    }
+
+    /// Keeps the results of the match that was shown as long as it can be shown again, and takes those of another one if
+    /// there are any.
+    fn change_match(&mut self, keyframes: &Keyframes) {
+        let Self { times, for_s, chances, swings, played_s, wanted, of, mut others, .. } = core::mem::take(self);
+        others.push(Results { of, chances, swings, played_s, wanted });
+        others.retain(|results| results.of.is_shared() && !results.chances.is_empty());
         *self = Self { times, for_s, of: keyframes.clone(), ..default() };
+        if let Some(index) = others.iter().position(|results| results.of.is_same(keyframes)) {
+            let Results { chances, swings, played_s, wanted, .. } = others.swap_remove(index);
+            (self.chances, self.swings, self.played_s, self.wanted) = (chances, swings, played_s, wanted);
+        }
+        self.others = others;
     }
 }
 
@@ -221,7 +247,7 @@ fn begin_when_opened(
     mut commands: MessageWriter<DecidedCommand>,
 ) {
     if !decided.of.is_same(&keyframes) {
-        decided.forget(&keyframes);
+        decided.change_match(&keyframes);
     }
     if display.decided && !*was_open && decided.chances.is_empty() {
         commands.write(DecidedCommand::Begin);
@@ -247,7 +273,7 @@ fn apply(
             continue;
         }
         if decided.played_s != decided.for_s {
-            decided.forget(&keyframes);
+            decided.forget();
             decided.played_s = decided.for_s;
         }
         let most = decided.chances.values().map(|chance| chance.times).max().unwrap_or_default();

@@ -128,3 +128,20 @@ fn moments_are_played_from_coarse_to_fine() {
     assert_eq!(order, [0, 8, 4, 2, 6, 1, 3, 5, 7]);
     assert_eq!(next_moment(&cycles, &chances, 8), Some(0), "more repetitions");
 }
+
+#[test]
+fn results_of_a_branch_come_back_with_it() {
+    let [root, branch] = [(); 2].map(|()| Keyframes::default());
+    let none = || PerTeam { blue: 0, pink: 0 };
+    let moment = |times| (30, Chance { time_s: 1.0, score: PerTeam { blue: 0, pink: 0 }, times, first: none() });
+    let mut decided = Decided { of: root.clone(), chances: BTreeMap::from([moment(24)]), played_s: 20.0, ..default() };
+    decided.change_match(&branch);
+    assert!(decided.chances.is_empty() && decided.of.is_same(&branch));
+    decided.chances.extend([moment(12)]);
+    decided.change_match(&root);
+    assert_eq!((decided.chances[&30].times, decided.played_s), (24, 20.0));
+    drop(branch);
+    // A match that cannot be shown again is forgotten.
+    decided.change_match(&Keyframes::default());
+    assert_eq!(decided.others.len(), 1);
+}

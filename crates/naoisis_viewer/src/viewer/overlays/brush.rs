@@ -99,7 +99,7 @@ impl Brush<'_, '_> {
     pub fn arrow(&mut self, start: Vec2, end: Vec2, colour: Color) {
         let way = end - start;
         self.line(start, end, colour);
-        let barb = 0.08_f32.min(0.4 * way.length()) * way.normalize_or_zero();
+        let barb = 0.15_f32.min(0.3 * way.length()) * way.normalize_or_zero();
         for side in [1.0, -1.0] {
             self.line(end, end - barb + side * 0.6 * barb.perp(), colour);
         }

@@ -43,7 +43,7 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
     if lines.is_empty() || last.x > free.x || last.y > MOST_HEIGHT * free.y {
         return Ok(());
     }
-    layout::floating(context, "legend", Align2::LEFT_BOTTOM).interactable(false).show(context, |ui| {
+    layout::floating(context, "legend", Align2::LEFT_TOP).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
             for marks in lines {
                 ui.horizontal(|ui| {
@@ -87,8 +87,8 @@ pub(super) fn marks(overlay: Overlay) -> Vec<(Color, &'static str)> {
         Overlay::Beliefs => inks(&[
             (Purple, "believes itself"),
             (Orange, "the ball"),
-            (robot_ink(Team::Blue), "blue"),
-            (robot_ink(Team::Pink), "pink"),
+            (robot_ink(Team::Blue), "a blue robot"),
+            (robot_ink(Team::Pink), "a pink robot"),
         ]),
         Overlay::Targets => inks(&[(White, "walks within a second"), (Sky, "head")]),
         Overlay::Drawings => Vec::new(),

@@ -73,6 +73,9 @@ impl Plugin for RobotPanelPlugin {
     }
 }
 
+/// The width of a window from which on it has room for this panel and one at the right, logical pixels.
+const ROOM_FOR_TWO: f32 = 900.0;
+
 /// Which sections with images are open.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
 struct Opened {
@@ -128,7 +131,7 @@ fn show_robot(
     roster: Res<Roster>,
     robots: Query<ShownRobot>,
     (clock, game): (Res<CycleClock>, Res<Game>),
-    (samples, current): (Res<CycleSamples>, Res<CurrentRecord>),
+    (samples, current, display): (Res<CycleSamples>, Res<CurrentRecord>, Res<DisplaySettings>),
     (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
     (mut opened, missed): (ResMut<Opened>, Res<ShownUnrecognised>),
     mut sizes: ResMut<PanelSizes>,
@@ -143,7 +146,12 @@ fn show_robot(
 ) -> Result {
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
-    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+    let context = contexts.ctx_mut()?;
+    // A narrow window has no room for both.
+    if display.has_panel_at_right() && context.content_rect().width() < ROOM_FOR_TWO {
+        return Ok(());
+    }
+    DOCK.show(context, &mut sizes, |ui| {
         /// The width of the scroll bar, logical pixels.
         const BAR: f32 = 8.0;
         let width = (ui.available_width() - BAR).max(BAR);

@@ -56,10 +56,13 @@ fn show_score(
     let context = contexts.ctx_mut()?;
     let size = large_letters(context);
     let width = layout::free_area(context).width();
-    let names = names.both(width - BESIDE - OTHERS * size, LETTER * size);
     let clock = clock_words(&game, &clock, &playback, width > ROOM);
     // Beside a panel there may be no room in the middle.
-    let align = if width < BESIDE + LEAST * size { Align2::LEFT_TOP } else { Align2::CENTER_TOP };
+    let (align, beside) = match width < BESIDE + LEAST * size {
+        true => (Align2::LEFT_TOP, BESIDE / 2.0),
+        false => (Align2::CENTER_TOP, BESIDE),
+    };
+    let names = names.both(width - beside - OTHERS * size, LETTER * size);
     let large = |words: String, share: f32| bright(words).font(FontId::proportional(share * size));
     layout::floating(context, "large score", align).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
