@@ -6,12 +6,11 @@ use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
 use super::layout::HiddenPanels;
-use super::picture::FITTING_S;
+use super::picture::{FITTING_S, picture_of};
 use super::shared::{KeysSystems, Notice, ToggleFilm};
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::encoder::RecordError;
 use naoisis_record::record::film::{FRAME_S, Film};
-use naoisis_sensing::sensing::camera::image::Image as Picture;
 
 /// The most files of one name.
 const MOST_OF_ONE_NAME: u32 = 1000;
@@ -144,11 +143,6 @@ fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut comman
         }
     };
     commands.spawn(Screenshot::primary_window()).observe(keep);
-}
-
-fn picture_of(image: &Image) -> Option<Picture> {
-    let rgb = image.clone().try_into_dynamic().ok()?.into_rgb8();
-    Some(Picture { width: rgb.width(), height: rgb.height(), rgb: rgb.into_raw(), ..default() })
 }
 
 fn tell_of_ends(mut filming: ResMut<Filming>, mut notice: ResMut<Notice>) {

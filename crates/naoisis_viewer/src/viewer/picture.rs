@@ -1,11 +1,15 @@
 //! Pictures of the window, with its panels or of the match alone.
 
 use bevy::prelude::*;
-use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use std::path::Path;
 
 use super::layout::HiddenPanels;
+use super::new_file::write_new;
 use super::shared::{KeysSystems, Notice, TakePicture};
 use naoisis_core::cycle::CycleClock;
+use naoisis_record::record::summary_recorder::png;
+use naoisis_sensing::sensing::camera::image::Image as Picture;
 
 /// The time until the camera has fitted the match into a window whose panels were hidden, s.
 pub const FITTING_S: f64 = 0.8;
@@ -31,11 +35,16 @@ fn take_pictures(
 ) {
     let now_s = time.elapsed_secs_f64();
     let mut take = || {
-        let path = format!("naoisis-{:06}.png", clock.cycle);
-        let told = format!("Saved as {path}");
-        // The picture itself is without this notice.
-        let tell = move |_: On<ScreenshotCaptured>, mut notice: ResMut<Notice>| notice.tell(told.clone());
-        commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path)).observe(tell);
+        let name = format!("naoisis-{:06}", clock.cycle);
+        let save = move |captured: On<ScreenshotCaptured>, mut notice: ResMut<Notice>| {
+            let Some(picture) = picture_of(&captured.image) else { return };
+            let written = png(&picture).and_then(|bytes| write_new(Path::new(""), &name, "png", &bytes));
+            notice.tell(match written {
+                Ok(path) => format!("Saved as {}", path.display()),
+                Err(error) => format!("The picture was not saved: {error}"),
+            });
+        };
+        commands.spawn(Screenshot::primary_window()).observe(save);
     };
     for request in requests.read() {
         match request {
@@ -49,6 +58,12 @@ fn take_pictures(
         take();
         *due_s = None;
     }
+}
+
+/// Converts a picture of the window; `None` if its pixels have a format that cannot be converted.
+pub(super) fn picture_of(image: &Image) -> Option<Picture> {
+    let rgb = image.clone().try_into_dynamic().ok()?.into_rgb8();
+    Some(Picture { width: rgb.width(), height: rgb.height(), rgb: rgb.into_raw(), ..default() })
 }
 
 #[cfg(test)]
