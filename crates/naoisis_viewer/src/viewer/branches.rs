@@ -43,6 +43,8 @@ pub enum BranchCommand {
         cycle: u64,
         /// The seed of the random numbers.
         seed: u64,
+        /// What is known to happen in it, for its name.
+        outcome: &'static str,
     },
     /// Shows the branch with this index in [`Branches`].
     Show(usize),
@@ -95,6 +97,13 @@ impl Branches {
         self.list.iter().any(|branch| branch.from.is_some() && branch.keyframes.is_same(keyframes))
     }
 
+    /// Returns the keyframes of the branch from which the one with these keyframes starts, and the cycle after which both
+    /// differ; `None` for the root.
+    pub fn parent(&self, keyframes: &Keyframes) -> Option<(&Keyframes, u64)> {
+        let (from, cycle) = self.list.iter().find(|branch| branch.keyframes.is_same(keyframes))?.from?;
+        Some((&self.list.get(from)?.keyframes, cycle))
+    }
+
     /// Returns the record of a cycle of a stored branch, if it has this cycle.
     pub fn record(&mut self, index: usize, cycle: u64) -> Option<CycleRecord> {
         let aside = self.list.get_mut(index)?.aside.as_mut()?;
@@ -135,8 +144,8 @@ fn apply(world: &mut World) {
     for command in commands {
         let result = match command {
             BranchCommand::PlayFromHere => play_from_here(world),
-            BranchCommand::PlayOn { moment, cycle, seed } => {
-                fork(world, cycle, moment.time_s, false, |world| moment.restore(world, seed))
+            BranchCommand::PlayOn { moment, cycle, seed, outcome } => {
+                fork(world, (cycle, moment.time_s), outcome, false, |world| moment.restore(world, seed))
             }
             BranchCommand::Show(index) => show(world, index),
         };
@@ -174,7 +183,7 @@ fn fork_when_known(world: &mut World) {
     let moment = rebuilt.moment(cycle, world.resource::<Keyframes>());
     let why_not = rebuilt.why_not(cycle, world.resource::<Keyframes>());
     let result = match (moment.map(|moment| (moment.is_same, moment.moment.clone())), why_not) {
-        (Some((true, moment)), _) => fork(world, cycle, moment.time_s, stood, |world| moment.put_back(world)),
+        (Some((true, moment)), _) => fork(world, (cycle, moment.time_s), "", stood, |world| moment.put_back(world)),
         (Some((false, _)), _) => {
             Err("The replayed match differs here, so it cannot be played on from this moment".to_owned())
         }
@@ -190,12 +199,12 @@ fn fork_when_known(world: &mut World) {
     world.resource_mut::<Notice>().tell(text);
 }
 
-/// Starts a branch from the end of `cycle` of the branch that is shown, paused or running; `restore` puts the match
-/// into the world. The time is in s.
+/// Starts a branch from the end of a cycle, at a time in s, of the branch that is shown, paused or running; `restore` puts
+/// the match into the world. Its name has the time and the `outcome`, if that is known.
 fn fork(
     world: &mut World,
-    cycle: u64,
-    time_s: f64,
+    (cycle, time_s): (u64, f64),
+    outcome: &str,
     stands: bool,
     restore: impl FnOnce(&mut World) -> Result<(), SnapshotError>,
 ) -> Result<(), String> {
@@ -220,7 +229,8 @@ fn fork(
     data.put(world);
     let mut branches = world.resource_mut::<Branches>();
     let number = branches.list.len();
-    let name = format!("{number}: from {}", minutes(time_s as f32));
+    let outcome = if outcome.is_empty() { String::new() } else { format!(", {outcome}") };
+    let name = format!("{number}: from {}{outcome}", minutes(time_s as f32));
     branches.list.push(Branch { from: Some((shown, cycle)), name, last_cycle: cycle, keyframes, aside: None });
     branches.shown = branches.list.len() - 1;
     let mut playback = world.resource_mut::<Playback>();

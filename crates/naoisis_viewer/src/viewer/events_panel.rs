@@ -27,6 +27,8 @@ use naoisis_sim::scenario::Scenario;
 /// The height of a line of the list, and the least height of the list, logical pixels.
 const LINE: f32 = 19.0;
 const LEAST_HEIGHT: f32 = 48.0;
+/// The width of the bar that is drawn over the right edge of the list, logical pixels.
+const BESIDE_LIST: f32 = 10.0;
 /// The panel.
 const DOCK: Dock = Dock { name: "events", edge: Edge::Right, size: 260.0, least: 150.0, most_share: 0.35 };
 /// How long before an event its replay starts, s.
@@ -229,6 +231,7 @@ fn scrolled(at: f32, line: f32, top: f32, height: f32) -> Option<f32> {
 fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: bool) -> bool {
     ui.horizontal(|ui| {
         ui.set_height(LINE);
+        ui.set_max_width(ui.available_width() - BESIDE_LIST);
         ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
         let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
         let text = RichText::new(&entry.text).color(colour);
@@ -241,7 +244,7 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
         let label = egui::Label::new(text).truncate().sense(egui::Sense::click());
         let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &entry.text));
-        response.on_hover_text("Click: show the moment, the place and the reason").clicked()
+        response.on_hover_text(format!("{}\nClick: show the moment, the place and the reason", entry.text)).clicked()
     })
     .inner
 }

@@ -184,7 +184,8 @@ fn read_records(
             && cycle <= branches.common(index, branches.shown())
         {
             let common_s = branches.common(index, branches.shown()) as f64 * clock.period_s;
-            notice.tell(format!("Ghosts: both branches are the same until {common_s:.1} s"));
+            let (what, end) = if ghosts.beside { ("Behind this match", ". Z: ends it") } else { ("Ghosts", "") };
+            notice.tell(format!("{what}: both branches are the same until {common_s:.1} s{end}"));
         }
         let mut record = |cycle| match of {
             GhostsOf::Branch(index) => branches.bypass_change_detection().record(index, cycle),

@@ -273,7 +273,7 @@ mod tests {
         (0..20).for_each(|_| app.update());
         let moment = Box::new(Moment::of(app.world_mut()).unwrap());
         let cycle = app.cycle();
-        send(&mut app, BranchCommand::PlayOn { moment, cycle, seed: 5 });
+        send(&mut app, BranchCommand::PlayOn { moment, cycle, seed: 5, outcome: "nobody scores" });
         let root = app.world().resource::<Branches>().list()[0].last_cycle;
         (0..5).for_each(|_| app.update());
         let (branch, ball) = (past(&app), app.ball());

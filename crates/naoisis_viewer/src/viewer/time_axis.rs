@@ -8,8 +8,12 @@ use naoisis_record::record::axis::ticks;
 /// The shortest visible part of the match, cycles.
 const LEAST_PART: f64 = 30.0;
 
-/// The width of what stands before the axes of the lanes and of the timeline, logical pixels: both begin at the same place.
+/// The width of what stands before the axes of the timeline, the lanes and the plots, logical pixels: all begin at the same
+/// place.
 pub const BEFORE: f32 = 52.0;
+/// The width of the legend behind the axes of the plots, logical pixels. The lanes leave it free if there are plots above
+/// them.
+pub const LEGEND: f32 = 136.0;
 
 /// The visible part of the match: its first and its last cycle; `None` for the whole match.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]

@@ -9,7 +9,7 @@ use super::display_settings::Switch;
 use super::ghosts::{Ghosts, GhostsOf};
 use super::layout::{self, LayoutSystems};
 use super::shared::{Action, Playback, TimelineCommand};
-use super::theme::{bright, dim, minutes, problem_colour, team_colour};
+use super::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
 use super::time_axis::BEFORE;
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
@@ -24,7 +24,7 @@ const HEIGHT: f32 = 18.0;
 const END: f32 = 6.0;
 
 /// The height of the line of a branch, logical pixels.
-const BRANCH_HEIGHT: f32 = 11.0;
+const BRANCH_HEIGHT: f32 = 14.0;
 
 /// Shows the bar.
 pub struct TimelineBarPlugin;
@@ -154,7 +154,7 @@ fn show_branches(
     share: impl Fn(u64) -> f32,
 ) -> Option<Clicked> {
     /// The width of the label, logical pixels.
-    const WORD: f32 = 44.0;
+    const WORD: f32 = 50.0;
 
     let mut clicked = None;
     let height = BRANCH_HEIGHT * branches.list().len() as f32;
@@ -182,7 +182,7 @@ fn show_branches(
         let name = branch.name.clone();
         response.widget_info(|| WidgetInfo::selected(egui::WidgetType::RadioButton, true, is_shown, &name));
         // The name of the branch, to the right of the label of its ghosts.
-        let font = egui::FontId::proportional(BRANCH_HEIGHT - 1.0);
+        let font = egui::FontId::proportional(text_size::SMALL);
         let beside = row.right_center() + egui::vec2(END + WORD + 8.0, 0.0);
         let text = if is_shown { format!("{name} (shown)") } else { name.clone() };
         let written = ui.painter().text(beside, egui::Align2::LEFT_CENTER, &text, font, colour);
@@ -206,7 +206,7 @@ fn show_branches(
         } else {
             ui.painter().circle_stroke(disc, 3.0, Stroke::new(1.0, colour));
         }
-        let font = egui::FontId::proportional(BRANCH_HEIGHT - 1.0);
+        let font = egui::FontId::proportional(text_size::SMALL);
         let beside = disc + egui::vec2(7.0, 0.0);
         ui.painter().text(beside, egui::Align2::LEFT_CENTER, "ghosts", font, colour);
         if response

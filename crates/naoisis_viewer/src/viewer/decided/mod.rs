@@ -15,6 +15,7 @@ mod chart;
 mod panel;
 mod reasons;
 
+use super::branches::Branches;
 use super::display_settings::DisplaySettings;
 use super::keyframes::{INTERVAL_S, Keyframes, Simulator};
 use super::layout::LayoutSystems;
@@ -62,6 +63,20 @@ pub struct Decided {
     pub times: usize,
     /// The duration of a repetition, s.
     pub for_s: f64,
+    /// The results of the match that is shown.
+    shown: Results,
+    /// The results of other branches and of the match before.
+    others: Vec<Results>,
+    thread: Option<Thread>,
+}
+
+/// The results of a match.
+#[derive(Default)]
+struct Results {
+    /// The match.
+    of: Keyframes,
+    /// Whether the search was begun.
+    has_begun: bool,
     /// The chances so far, by the cycle of their moment.
     chances: BTreeMap<u64, Chance>,
     /// The largest swings of these chances, the largest first.
@@ -70,35 +85,21 @@ pub struct Decided {
     played_s: f64,
     /// The number of repetitions that each moment shall have; `None` while nothing is wanted.
     wanted: Option<usize>,
-    /// The match of the results.
-    of: Keyframes,
-    /// The results of other branches and of the match before.
-    others: Vec<Results>,
-    thread: Option<Thread>,
 }
 
-/// The results of a match that is not shown.
-struct Results {
-    of: Keyframes,
-    chances: BTreeMap<u64, Chance>,
-    swings: Vec<Swing>,
-    played_s: f64,
-    wanted: Option<usize>,
+impl Results {
+    /// The part before a cycle, as results of another match that is the same until then.
+    fn until(&self, cycle: u64, of: Keyframes) -> Results {
+        let chances: BTreeMap<u64, Chance> = self.chances.range(..cycle).map(|(at, chance)| (*at, *chance)).collect();
+        let until_s = chances.values().next_back().map_or(0.0, |chance| chance.time_s);
+        let swings = self.swings.iter().filter(|swing| swing.until_s <= until_s).cloned().collect();
+        Results { of, chances, swings, played_s: self.played_s, ..default() }
+    }
 }
 
 impl Default for Decided {
     fn default() -> Self {
-        Self {
-            times: 24,
-            for_s: 20.0,
-            chances: BTreeMap::new(),
-            swings: Vec::new(),
-            played_s: 0.0,
-            wanted: None,
-            of: Keyframes::default(),
-            others: Vec::new(),
-            thread: None,
-        }
+        Self { times: 24, for_s: 20.0, shown: Results::default(), others: Vec::new(), thread: None }
     }
 }
 
@@ -114,12 +115,12 @@ pub struct Progress {
 impl Decided {
     /// Returns the largest swings so far, the largest first.
     pub fn swings(&self) -> &[Swing] {
-        &self.swings
+        &self.shown.swings
     }
 
     /// Returns the chances so far, by the cycle of their moment.
     pub fn chances(&self) -> impl Iterator<Item = (u64, &Chance)> {
-        self.chances.iter().map(|(cycle, chance)| (*cycle, chance)).filter(|(_, chance)| chance.times > 0)
+        self.shown.chances.iter().map(|(cycle, chance)| (*cycle, chance)).filter(|(_, chance)| chance.times > 0)
     }
 
     /// Returns whether moments are being played.
@@ -129,29 +130,27 @@ impl Decided {
 
     /// Returns the progress, in a match in which `awaited` further keyframes are expected.
     pub fn progress(&self, awaited: usize) -> Progress {
-        let times = self.wanted.unwrap_or(self.times).max(1);
-        let played = self.chances.values().filter(|chance| chance.times >= times).count();
-        Progress { played, all: self.of.cycles(is_in_play).len().max(played) + awaited }
-    }
-
-    /// Forgets the results, for another duration.
-    fn forget(&mut self) {
-        let (times, for_s, of, others) = (self.times, self.for_s, self.of.clone(), core::mem::take(&mut self.others));
-        *self = Self { times, for_s, of, others, ..default() };
+        let times = self.shown.wanted.unwrap_or(self.times).max(1);
+        let played = self.shown.chances.values().filter(|chance| chance.times >= times).count();
+        Progress { played, all: self.shown.of.cycles(is_in_play).len().max(played) + awaited }
     }
 
     /// Keeps the results of the match that was shown as long as it can be shown again, and takes those of another one if
-    /// there are any.
-    fn change_match(&mut self, keyframes: &Keyframes) {
-        let Self { times, for_s, chances, swings, played_s, wanted, of, mut others, .. } = core::mem::take(self);
-        others.push(Results { of, chances, swings, played_s, wanted });
-        others.retain(|results| results.of.is_shared() && !results.chances.is_empty());
-        *self = Self { times, for_s, of: keyframes.clone(), ..default() };
-        if let Some(index) = others.iter().position(|results| results.of.is_same(keyframes)) {
-            let Results { chances, swings, played_s, wanted, .. } = others.swap_remove(index);
-            (self.chances, self.swings, self.played_s, self.wanted) = (chances, swings, played_s, wanted);
-        }
-        self.others = others;
+    /// there are any. Those of a branch begin with the results of its parent until the cycle at which it starts.
+    fn change_match(&mut self, keyframes: &Keyframes, parent: Option<(&Keyframes, u64)>) {
+        self.thread = None;
+        self.others.push(core::mem::take(&mut self.shown));
+        self.others.retain(|results| results.of.is_shared() && !results.chances.is_empty());
+        let index_of = |others: &[Results], of: &Keyframes| others.iter().position(|results| results.of.is_same(of));
+        self.shown = if let Some(index) = index_of(&self.others, keyframes) {
+            self.others.swap_remove(index)
+        } else {
+            let of_parent = parent.and_then(|(of, cycle)| Some((index_of(&self.others, of)?, cycle)));
+            match of_parent {
+                Some((index, cycle)) => self.others[index].until(cycle, keyframes.clone()),
+                None => Results { of: keyframes.clone(), ..default() },
+            }
+        };
     }
 }
 
@@ -241,15 +240,15 @@ fn next_moment(cycles: &[u64], chances: &BTreeMap<u64, Chance>, wanted: usize) -
 /// Begins when the panel is opened for the first time in a match.
 fn begin_when_opened(
     display: Res<DisplaySettings>,
-    keyframes: Res<Keyframes>,
+    (keyframes, branches): (Res<Keyframes>, Res<Branches>),
     mut decided: ResMut<Decided>,
     mut was_open: Local<bool>,
     mut commands: MessageWriter<DecidedCommand>,
 ) {
-    if !decided.of.is_same(&keyframes) {
-        decided.change_match(&keyframes);
+    if !decided.shown.of.is_same(&keyframes) {
+        decided.change_match(&keyframes, branches.parent(&keyframes));
     }
-    if display.decided && !*was_open && decided.chances.is_empty() {
+    if display.decided && !*was_open && !decided.shown.has_begun {
         commands.write(DecidedCommand::Begin);
     }
     *was_open = display.decided;
@@ -265,20 +264,22 @@ fn apply(
 ) {
     for command in commands.read() {
         if *command == DecidedCommand::Stop {
-            (decided.wanted, decided.thread) = (None, None);
+            (decided.shown.wanted, decided.thread) = (None, None);
             continue;
         }
         if let Some(reason) = refusal(&keyframes, &rebuilt, simulator.is_some()) {
             notice.tell(format!("It cannot be found what decided this match: {reason}"));
             continue;
         }
-        if decided.played_s != decided.for_s {
-            decided.forget();
-            decided.played_s = decided.for_s;
+        if decided.shown.played_s != decided.for_s {
+            // Chances within another duration are not comparable.
+            decided.thread = None;
+            decided.shown = Results { of: keyframes.clone(), played_s: decided.for_s, ..default() };
         }
-        let most = decided.chances.values().map(|chance| chance.times).max().unwrap_or_default();
+        decided.shown.has_begun = true;
+        let most = decided.shown.chances.values().map(|chance| chance.times).max().unwrap_or_default();
         let again = if *command == DecidedCommand::Again { most } else { 0 };
-        decided.wanted = Some(again + decided.times);
+        decided.shown.wanted = Some(again + decided.times);
     }
 }
 
@@ -301,16 +302,16 @@ fn go_on(
     mut decided: ResMut<Decided>,
     mut notice: ResMut<Notice>,
 ) {
-    let (Some(wanted), Some(simulator)) = (decided.wanted, simulator) else { return };
-    if decided.is_running() || next_moment(&keyframes.cycles(is_in_play), &decided.chances, wanted).is_none() {
+    let (Some(wanted), Some(simulator)) = (decided.shown.wanted, simulator) else { return };
+    if decided.is_running() || next_moment(&keyframes.cycles(is_in_play), &decided.shown.chances, wanted).is_none() {
         return;
     }
-    let (keyframes, chances) = (keyframes.clone(), decided.chances.clone());
-    let work = Work { simulator: *simulator, keyframes, chances, wanted, for_s: decided.played_s };
+    let (keyframes, chances) = (keyframes.clone(), decided.shown.chances.clone());
+    let work = Work { simulator: *simulator, keyframes, chances, wanted, for_s: decided.shown.played_s };
     match Thread::begin(work) {
         Ok(thread) => decided.thread = Some(thread),
         Err(error) => {
-            decided.wanted = None;
+            decided.shown.wanted = None;
             notice.tell(format!("cannot start a thread: {error}"));
         }
     }
@@ -330,20 +331,21 @@ fn listen(
     }
     for said in said {
         match said {
-            Said::Played(cycle, chance) => drop(decided.chances.insert(cycle, chance)),
+            Said::Played(cycle, chance) => drop(decided.shown.chances.insert(cycle, chance)),
             Said::Over(result) => {
                 decided.thread = None;
                 if let Err(message) = result {
-                    decided.wanted = None;
+                    decided.shown.wanted = None;
                     notice.tell(message);
                 }
             }
         }
     }
     // A moment under way would have a swing of few repetitions.
-    let least = decided.chances.values().map(|chance| chance.times).max().unwrap_or_default().min(decided.times);
-    let chances: Vec<Chance> = decided.chances.values().filter(|chance| chance.times >= least).copied().collect();
-    decided.swings = chances::swings(&chances, &restarts(&history, &keyframes, clock.period_s));
+    let played = &decided.shown.chances;
+    let least = played.values().map(|chance| chance.times).max().unwrap_or_default().min(decided.times);
+    let chances: Vec<Chance> = played.values().filter(|chance| chance.times >= least).copied().collect();
+    decided.shown.swings = chances::swings(&chances, &restarts(&history, &keyframes, clock.period_s));
 }
 
 /// The goals and breaks of the match, in their order.

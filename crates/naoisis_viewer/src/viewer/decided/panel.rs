@@ -68,7 +68,7 @@ pub(super) fn show(
         }
         let restarts = restarts(&history, &keyframes, clock.period_s);
         let listed = &decided.swings()[..decided.swings().len().min(LISTED)];
-        show_legend(ui, decided.played_s);
+        show_legend(ui, decided.shown.played_s);
         let whole_s = history
             .cycles()
             .map_or([0.0, 1.0], |cycles| [*cycles.start(), *cycles.end()].map(|cycle| cycle as f64 * clock.period_s));
@@ -103,13 +103,13 @@ pub(super) fn show(
 
 fn show_head(ui: &mut egui::Ui, decided: &mut Decided, awaited: usize, commands: &mut MessageWriter<DecidedCommand>) {
     let progress = decided.progress(awaited);
-    let is_wanted = decided.wanted.is_some() && progress.played < progress.all;
+    let is_wanted = decided.shown.wanted.is_some() && progress.played < progress.all;
     ui.horizontal(|ui| {
         ui.add_enabled(!is_wanted, DragValue::new(&mut decided.times).range(4..=1000).suffix(" times"))
             .on_hover_text("Repetitions of each moment: four times as many are twice as precise");
         ui.label("for");
         ui.add_enabled(!is_wanted, DragValue::new(&mut decided.for_s).range(2.0..=120.0).suffix(" s"));
-        let is_complete = progress.played >= progress.all && decided.for_s == decided.played_s;
+        let is_complete = progress.played >= progress.all && decided.for_s == decided.shown.played_s;
         if is_wanted {
             if ui.button("Stop").clicked() {
                 commands.write(DecidedCommand::Stop);
@@ -200,7 +200,7 @@ fn other_words(swing: &Swing) -> String {
     let [before, after] = [swing.before, swing.after].map(|share| 100.0 * share[other]);
     let gain = swing.gain;
     format!(
-        "{other}: {before:.0} to {after:.0} %; the difference by {:.0} ± {:.0}",
+        "{other}: {before:.0} to {after:.0} %; the difference changes by {:.0} ± {:.0} points",
         100.0 * gain.value,
         100.0 * gain.margin()
     )

@@ -130,18 +130,26 @@ fn moments_are_played_from_coarse_to_fine() {
 }
 
 #[test]
-fn results_of_a_branch_come_back_with_it() {
+fn results_of_a_branch_begin_with_those_of_its_parent_and_come_back_with_it() {
     let [root, branch] = [(); 2].map(|()| Keyframes::default());
-    let none = || PerTeam { blue: 0, pink: 0 };
-    let moment = |times| (30, Chance { time_s: 1.0, score: PerTeam { blue: 0, pink: 0 }, times, first: none() });
-    let mut decided = Decided { of: root.clone(), chances: BTreeMap::from([moment(24)]), played_s: 20.0, ..default() };
-    decided.change_match(&branch);
-    assert!(decided.chances.is_empty() && decided.of.is_same(&branch));
-    decided.chances.extend([moment(12)]);
-    decided.change_match(&root);
-    assert_eq!((decided.chances[&30].times, decided.played_s), (24, 20.0));
+    let moment = |cycle: u32, times| {
+        let (score, first) = (PerTeam { blue: 0, pink: 0 }, PerTeam { blue: 0, pink: 0 });
+        (u64::from(cycle), Chance { time_s: f64::from(cycle) / 30.0, score, times, first })
+    };
+    let chances = BTreeMap::from([moment(150, 24), moment(300, 24), moment(450, 24)]);
+    let shown = Results { of: root.clone(), chances, played_s: 20.0, has_begun: true, ..default() };
+    let mut decided = Decided { shown, ..default() };
+    decided.change_match(&branch, Some((&root, 400)));
+    let cycles = |decided: &Decided| decided.chances().map(|(cycle, _)| cycle).collect::<Vec<_>>();
+    assert_eq!((cycles(&decided), decided.shown.played_s, decided.shown.has_begun), (vec![150, 300], 20.0, false));
+    assert!(decided.shown.of.is_same(&branch));
+    decided.shown.chances.extend([moment(600, 12)]);
+    decided.change_match(&root, None);
+    assert_eq!((cycles(&decided), decided.shown.has_begun), (vec![150, 300, 450], true));
+    decided.change_match(&branch, Some((&root, 400)));
+    assert_eq!(cycles(&decided), [150, 300, 600]);
     drop(branch);
-    // A match that cannot be shown again is forgotten.
-    decided.change_match(&Keyframes::default());
-    assert_eq!(decided.others.len(), 1);
+    // A match that cannot be shown again is forgotten, and one that is no branch begins without results.
+    decided.change_match(&Keyframes::default(), None);
+    assert_eq!((decided.others.len(), cycles(&decided)), (1, vec![]));
 }

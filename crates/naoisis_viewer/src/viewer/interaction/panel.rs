@@ -20,7 +20,7 @@ use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 
 /// The greatest width of the help for driving, logical pixels.
-const WIDEST_HELP: f32 = 460.0;
+const WIDEST_HELP: f32 = 250.0;
 /// The least width of texts above the match, also where panels leave less, logical pixels.
 const LEAST_WIDTH: f32 = 100.0;
 
@@ -151,7 +151,8 @@ fn show_driver(
     let context = contexts.ctx_mut()?;
     let width = layout::free_area(context).width();
     let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
-    layout::floating(context, "driver", Align2::CENTER_TOP).interactable(false).show(context, |ui| {
+    // At the side, where it covers least of what is ahead of the robot.
+    layout::floating(context, "driver", Align2::LEFT_BOTTOM).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.set_max_width((width - 2.0 * MARGIN).clamp(LEAST_WIDTH, WIDEST_HELP));
             ui.label(bright(format!("You drive {robot}")));

@@ -120,10 +120,10 @@ fn show_entry(ui: &mut egui::Ui, look: WordLook, name: &str) {
     let size = egui::vec2(PATCH + 5.0 + words.size().x, words.size().y);
     let (area, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Label, true, name));
-    look.fill(
-        ui.painter(),
-        Area::from_center_size(area.left_center() + egui::vec2(PATCH / 2.0, 0.0), [PATCH; 2].into()),
-    );
+    let patch = Area::from_center_size(area.left_center() + egui::vec2(PATCH / 2.0, 0.0), [PATCH; 2].into());
+    look.fill(ui.painter(), patch);
+    // The edge shows a patch that is as dark as the panel.
+    ui.painter().rect_stroke(patch, 1.0, Stroke::new(0.6, colour), egui::StrokeKind::Inside);
     ui.painter().galley(area.left_top() + egui::vec2(PATCH + 5.0, 0.0), words, colour);
 }
 

@@ -15,7 +15,7 @@ use crate::viewer::event_log::LogKind;
 use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionCommand, TimelineCommand};
 use crate::viewer::theme::{bright, count, dim, minutes, problem_colour, team_colour, text_size};
-use crate::viewer::time_axis::{Axis, BEFORE, ShownPart, time_ticks, upright};
+use crate::viewer::time_axis::{Axis, BEFORE, LEGEND, ShownPart, time_ticks, upright};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
@@ -69,7 +69,8 @@ pub(super) fn show(
         if lanes.read.is_some() {
             ui.label(dim("The match is being read…").size(text_size::SMALL));
         }
-        let axis = Axis { part: part.0.unwrap_or(whole), left: BEFORE, width: width - BEFORE };
+        let behind = if display.plots { LEGEND } else { 0.0 };
+        let axis = Axis { part: part.0.unwrap_or(whole), left: BEFORE, width: (width - BEFORE - behind).max(40.0) };
         let rows = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             let looks = word_looks(lanes.tracks.words());
             for (id, track) in lanes.tracks.robots() {
@@ -84,7 +85,7 @@ pub(super) fn show(
         let area = rows.inner_rect.with_max_y(bottom.min(rows.inner_rect.bottom()));
         // From here on, positions are those of the whole window.
         let axis = Axis { left: area.left() + BEFORE, ..axis };
-        let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
+        let time_area = area.with_min_x(axis.left).with_max_x(axis.left + axis.width);
         for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
             let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
             upright(ui, axis.x(mark.cycle as f64), time_area, Stroke::new(1.5, colour));
@@ -226,7 +227,8 @@ fn show_lane(
         let at = Pos2::new(axis.x(*cycle as f64), lane.center().y - 2.0);
         let stroke = Stroke::new(1.2, ui.visuals().strong_text_color());
         if *struck {
-            painter.circle_filled(at, 3.0, stroke.color);
+            // The edge separates it from a bright lane.
+            painter.circle(at, 3.0, stroke.color, Stroke::new(0.8, Color32::BLACK));
         } else {
             painter.circle_stroke(at, 3.0, stroke);
         }

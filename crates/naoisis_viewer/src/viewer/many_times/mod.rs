@@ -83,6 +83,15 @@ impl Outcome {
     pub const ALL: [Outcome; 3] =
         [Outcome::ScoresFirst(Team::Blue), Outcome::ScoresFirst(Team::Pink), Outcome::NobodyScores];
 
+    /// Returns the outcome in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Outcome::ScoresFirst(Team::Blue) => "blue scores first",
+            Outcome::ScoresFirst(Team::Pink) => "pink scores first",
+            Outcome::NobodyScores => "nobody scores",
+        }
+    }
+
     /// Returns whether a repetition has this outcome.
     pub fn is_of(self, branch: &Continuation) -> bool {
         match self {
@@ -285,8 +294,9 @@ fn watch(world: &mut World, outcome: Outcome) -> Result<(), String> {
         return Err("That moment belongs to another branch: show that branch first, on the timeline".to_owned());
     }
     let row = run.rows.iter().find(|row| outcome.is_of(row)).ok_or("No repetition has this outcome")?;
-    let command = BranchCommand::PlayOn { moment: Box::new(run.moment.clone()), cycle: run.cycle, seed: row.seed };
-    world.write_message(command);
+    let moment = Box::new(run.moment.clone());
+    let outcome = outcome.words();
+    world.write_message(BranchCommand::PlayOn { moment, cycle: run.cycle, seed: row.seed, outcome });
     Ok(())
 }
 

@@ -84,15 +84,12 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
     let outcomes = Outcomes::of(&run.rows);
     Grid::new("outcomes").num_columns(3).spacing([12.0, 4.0]).show(ui, |ui| {
         for outcome in Outcome::ALL {
-            let (name, colour, share) = match outcome {
-                Outcome::ScoresFirst(team) => {
-                    (format!("{team} scores first"), team_colour(ui, team), outcomes.scores_first[team])
-                }
-                Outcome::NobodyScores => {
-                    ("nobody scores".to_owned(), ui.visuals().text_color(), outcomes.nobody_scores)
-                }
+            let (colour, share) = match outcome {
+                Outcome::ScoresFirst(team) => (team_colour(ui, team), outcomes.scores_first[team]),
+                Outcome::NobodyScores => (ui.visuals().text_color(), outcomes.nobody_scores),
             };
-            ui.label(egui::RichText::new(&name).color(colour));
+            let name = outcome.words();
+            ui.label(egui::RichText::new(name).color(colour));
             ui.label(share.map_or_else(String::new, in_percent));
             let there_is_one = run.rows.iter().any(|row| outcome.is_of(row));
             let button = ui.add_enabled(there_is_one, egui::Button::new("Watch").small());

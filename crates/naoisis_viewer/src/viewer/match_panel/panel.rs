@@ -14,12 +14,13 @@ use crate::viewer::theme::{bright, dim};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::ball::Rolling;
 use naoisis_core::behaviour::BehaviourRegistry;
-use naoisis_core::team::Team;
+use naoisis_core::team::{PerTeam, Team};
+use naoisis_record::record::team_names::team_names;
 use naoisis_sensing::sensing::fidelity::Fidelity;
 use naoisis_sim::scenario::{Realism, Scenario, TeamsSpec};
 
-/// Shown instead of a team without robots.
-const NOBODY: &str = "—";
+/// Shown instead of the name of a team, league or scenario that has none.
+const NONE: &str = "none";
 /// The panel.
 const DOCK: Dock = Dock { name: "match", edge: Edge::Right, size: 430.0, least: 240.0, most_share: 0.5 };
 /// The greatest height of lists, logical pixels.
@@ -55,7 +56,7 @@ pub(super) fn show(
             ui.set_max_width(width);
             Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
                 let label = ui.label("Scenario").id;
-                let name = if scenario.name.is_empty() { "—" } else { &scenario.name };
+                let name = if scenario.name.is_empty() { NONE } else { &scenario.name };
                 let list = ComboBox::from_id_salt("built-in scenario").selected_text(name);
                 scenario_list::show(ui, list, &scenario.name, |name| {
                     viewer_commands.write(ViewerCommand::Load(name));
@@ -85,10 +86,8 @@ pub(super) fn show(
                     actions.write(Action::Hand(HandAction::KeepMatch));
                 }
                 ui.end_row();
-                // A scenario may have robots but no teams. Choosing one team then sets both.
-                let teams = scenario.teams.clone();
-                let nobody = || TeamsSpec::new(NOBODY, NOBODY);
-                let mut chosen = teams.clone().unwrap_or_else(nobody);
+                let teams = teams_of(&scenario, &registry);
+                let mut chosen = teams.clone();
                 for (side, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
                     let label = ui.label(side).id;
                     let list = ComboBox::from_id_salt(side).width(220.0).truncate().selected_text(name.as_str());
@@ -101,7 +100,7 @@ pub(super) fn show(
                     .labelled_by(label);
                     ui.end_row();
                 }
-                if chosen != teams.unwrap_or_else(nobody) {
+                if chosen != teams {
                     commands.write(MatchCommand::Teams(Box::new(lined_up(chosen))));
                 }
                 if let Some(choice) = show_choices(ui, &scenario) {
@@ -145,7 +144,7 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
         ui.end_row();
     };
     let hint = "Pitch, ball, rules, robots and realism of a league, with two teams";
-    let league = scenario.league.as_deref().unwrap_or(NOBODY);
+    let league = scenario.league.as_deref().unwrap_or(NONE);
     line(ui, "League", hint, league, leagues(), &|name| MatchChoice::League(name.to_owned()));
     let hint = "The level of realism of all settings that the scenario leaves out";
     let realism = scenario.realism_in_words();
@@ -164,10 +163,20 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
     chosen
 }
 
+/// The teams of a scenario. A scenario that lists robots, as that of a trace does, has the registered teams with their
+/// behaviours.
+fn teams_of(scenario: &Scenario, registry: &BehaviourRegistry) -> TeamsSpec {
+    let named = |team: Team, name: String| if name == team.name() { NONE.to_owned() } else { name };
+    scenario.teams.clone().unwrap_or_else(|| {
+        let PerTeam { blue, pink } = team_names(scenario, registry);
+        TeamsSpec::new(named(Team::Blue, blue), named(Team::Pink, pink))
+    })
+}
+
 /// The teams after a choice in which one team may be missing.
 fn lined_up(chosen: TeamsSpec) -> TeamsSpec {
     let usual = TeamsSpec::default();
-    let or_usual = |name: String, usual| if name == NOBODY { usual } else { name };
+    let or_usual = |name: String, usual| if name == NONE { usual } else { name };
     TeamsSpec {
         blue: or_usual(chosen.blue, usual.blue),
         pink: or_usual(chosen.pink, usual.pink),
@@ -232,10 +241,24 @@ fn fidelity_name(fidelity: Fidelity) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_sim::simulation::{self, NaoisisPlugins};
 
     #[test]
     fn where_no_teams_play_the_one_that_is_chosen_meets_the_usual_one() {
-        let chosen = TeamsSpec::new(NOBODY, "passers");
+        let chosen = TeamsSpec::new(NONE, "passers");
         assert_eq!(lined_up(chosen), TeamsSpec::new("roles", "passers"));
+    }
+
+    #[test]
+    fn the_teams_of_a_trace_are_those_with_the_behaviours_of_its_robots() {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        let registry = app.world().resource::<BehaviourRegistry>();
+        let scenario = Scenario::from_json(r#"{ "teams": { "blue": "roles", "pink": "chasers" } }"#).unwrap();
+        let listed = simulation::resolved(app.world(), &scenario);
+        assert_eq!(listed.teams, None);
+        assert_eq!(teams_of(&listed, registry), TeamsSpec::new("roles", "chasers"));
+        let scripted = Scenario::from_json(r#"{ "robots": [{ "team": "pink", "number": 1 }] }"#).unwrap();
+        assert_eq!(teams_of(&scripted, registry), TeamsSpec::new(NONE, NONE));
     }
 }

@@ -16,7 +16,7 @@ use super::{Pin, PlotCommand, Plots, list};
 use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::shared::{Notice, TimelineCommand};
 use crate::viewer::theme::{bright, dim, minutes, team_colour, text_size};
-use crate::viewer::time_axis::{Axis, ShownPart, upright};
+use crate::viewer::time_axis::{Axis, BEFORE, LEGEND, ShownPart, upright};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::robot::Roster;
@@ -31,9 +31,6 @@ const DOCK: Dock = Dock { name: "plots", edge: Edge::Below, size: 190.0, least: 
 /// The height of the curves, and of the time below them, logical pixels.
 const CURVES: f32 = 92.0;
 const TIME: f32 = 15.0;
-/// The width of the values at the left, and of the legend at the right, logical pixels.
-const VALUES: f32 = 58.0;
-const LEGEND: f32 = 136.0;
 /// The height of a line of the legend, logical pixels.
 const ENTRY: f32 = 14.0;
 /// The height of labels of axes.
@@ -86,8 +83,8 @@ pub(super) fn show(
                 };
                 let axis = Axis {
                     part: part.0.unwrap_or(whole),
-                    left: ui.cursor().left() + VALUES,
-                    width: (ui.available_width() - VALUES - LEGEND).max(40.0),
+                    left: ui.cursor().left() + BEFORE,
+                    width: (ui.available_width() - BEFORE - LEGEND).max(40.0),
                 };
                 let plot = Plot { pin, known, shown: &shown, now, axis };
                 plot.show_head(ui, &mut commands, &mut notice);
@@ -227,7 +224,7 @@ impl Plot<'_> {
     fn show_curves(&self, ui: &mut egui::Ui) -> egui::Response {
         let subjects = self.subjects();
         let height = CURVES.max(ENTRY * (subjects.len() + 1) as f32);
-        let size = egui::vec2(VALUES + self.axis.width + LEGEND, height + TIME + 4.0);
+        let size = egui::vec2(BEFORE + self.axis.width + LEGEND, height + TIME + 4.0);
         let (area, _) = ui.allocate_exact_size(size, Sense::hover());
         let corner = Pos2::new(self.axis.left, area.top() + 3.0);
         let curves = Area::from_min_size(corner, egui::vec2(self.axis.width, height));
@@ -281,7 +278,7 @@ impl Plot<'_> {
             ui.painter().hline(curves.x_range(), y, grid);
             // Long texts begin at the edge of the panel.
             let galley = ui.painter().layout_no_wrap(words.clone(), font.clone(), weak);
-            let left = (curves.left() - 5.0 - galley.size().x).max(curves.left() - VALUES);
+            let left = (curves.left() - 5.0 - galley.size().x).max(curves.left() - BEFORE);
             ui.painter().galley(Pos2::new(left, y - galley.size().y / 2.0), galley, weak);
         }
         for (time_s, words) in &times.at {
