@@ -58,4 +58,10 @@ fn files_of_others_are_named() {
         assert!(error.contains(words) && error.contains("naoisis cannot read it"), "{error}");
     }
     assert_eq!(foreign_file(b"(name: \"a\")"), None);
+    for name in ["match.jsonl", "match.jsonl.zst"] {
+        let path = folder.path().join(name);
+        fs::write(&path, "{}").unwrap();
+        let error = Scenario::load(&path).unwrap_err().to_string();
+        assert!(error.contains("`naoisis replay` shows a trace"), "{error}");
+    }
 }

@@ -146,6 +146,10 @@ impl ScenarioText {
             return Err(unreadable(message, "a `.ron` or `.json` file of naoisis"));
         }
         let Some(format) = Format::of_path(path) else {
+            if name.ends_with(".jsonl") || name.ends_with(".jsonl.zst") {
+                let message = "this is a trace, the recording of a match".to_owned();
+                return Err(unreadable(message, "a scenario; `naoisis replay` shows a trace"));
+            }
             let message = "the file's name does not tell its format".to_owned();
             return Err(unreadable(message, "a name that ends in `.ron` or `.json`"));
         };

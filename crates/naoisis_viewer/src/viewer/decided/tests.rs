@@ -33,6 +33,7 @@ fn app() -> App {
         .insert_resource(Simulator(&simulator))
         .init_resource::<DisplaySettings>()
         .init_resource::<Selection>()
+        .init_resource::<Branches>()
         .init_resource::<Decided>()
         .add_message::<DecidedCommand>()
         .add_systems(Update, (begin_when_opened, apply, go_on, listen).chain().after(RebuildSystems));

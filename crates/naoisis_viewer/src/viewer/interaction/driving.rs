@@ -66,7 +66,7 @@ pub const KEYS: &[(&str, &str)] = &[
     ("U", "Look ahead"),
     ("1 2", "Kick straight, left or right foot"),
     ("3 4", "Kick to the side"),
-    ("5 6 7", "A kick of the robot model, aimed by the head"),
+    ("5 6 7", "Kicks of the model"),
     ("F4 F5", "From behind, through its camera"),
     ("Tab", "Another robot"),
     ("Esc", "Leave"),
