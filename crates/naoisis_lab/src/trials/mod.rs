@@ -230,15 +230,20 @@ mod tests {
     /// the tolerance of 15 %, with 99.7 % confidence.
     #[test]
     fn every_measured_figure_is_within_15_percent_of_the_real_one() {
-        for preset in MODELS {
-            let model = RobotModel::named(preset.name).unwrap();
+        let check = |name: &str| {
+            let model = RobotModel::named(name).unwrap();
             let quantities = measure(&model, 200).unwrap();
             assert!(quantities.len() >= 15);
             for quantity in quantities {
                 let difference = quantity.difference();
-                assert!(difference.is_some_and(|share| share.abs() <= 0.15), "{}: {quantity:?}", model.name);
+                assert!(difference.is_some_and(|share| share.abs() <= 0.15), "{name}: {quantity:?}");
             }
-        }
+        };
+        std::thread::scope(|scope| {
+            for preset in MODELS {
+                scope.spawn(move || check(preset.name));
+            }
+        });
     }
 
     /// The measured quantities by name, and the reasons for those left out, of a model file with these settings and
