@@ -23,8 +23,6 @@ use naoisis_sim::simulation::{MatchApp, situation};
 
 /// The number of cycles between two checks for requests.
 const AT_ONCE: usize = 10;
-/// The greatest delay of images, cycles.
-const MOST_DELAY: u64 = 60;
 /// The tolerance of poses and positions when a replay is compared with records, m: these have rounded numbers.
 const SAME_M: f32 = 2e-3;
 
@@ -171,15 +169,9 @@ impl Moments {
         let played = self.play_from(wanted, wanted.cycle.saturating_sub(1))?;
         match wanted.keyframes.before(wanted.cycle) {
             // The result of interventions by hand in that cycle is only in the keyframe after it.
-            Some((kept, _)) if kept == wanted.cycle && !played.is_same => return self.play_from(wanted, wanted.cycle),
-            _ => {}
+            Some((kept, _)) if kept == wanted.cycle && !played.is_same => self.play_from(wanted, wanted.cycle),
+            _ => Ok(played),
         }
-        // Images arrive late: those of a moment just after a keyframe were taken before it.
-        let kept = wanted.keyframes.before(wanted.cycle.saturating_sub(1)).map_or(0, |(kept, _)| kept);
-        if kept > 0 && wanted.cycle - kept <= MOST_DELAY && played.unrecognised.len() < played.states.len() {
-            return self.play_from(wanted, kept - 1);
-        }
-        Ok(played)
     }
 
     /// Rebuilds a moment from a keyframe before it.
