@@ -57,7 +57,7 @@ pub struct GhostModels<'w, 's> {
 impl GhostModels<'_, '_> {
     /// Adds a robot, or a ball with this physics if there is none, with the component `tag`. Its parts are its
     /// children. It is hidden at first: new meshes are drawn in the next frame only.
-    pub fn add(&mut self, tag: impl Component, pose: Pose, robot: Option<GhostBody>, ball: BallPhysics, coat: Coat) {
+    pub fn add(&mut self, tag: impl Bundle, pose: Pose, robot: Option<GhostBody>, ball: BallPhysics, coat: Coat) {
         let material = self.material(coat);
         let entity = self.commands.spawn((ChildOf(self.root.0), tag, transform_of(pose), Visibility::Hidden)).id();
         if let Some(robot) = robot {

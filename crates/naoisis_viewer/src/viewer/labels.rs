@@ -23,6 +23,31 @@ use naoisis_core::team::RobotId;
 const ABOVE_PIXELS: f32 = 12.0;
 /// The radius of the ring around a ball that appears smaller, logical pixels.
 const LEAST_BALL_PIXELS: f32 = 9.0;
+/// The space around a robot's name, and around words, logical pixels.
+const NAME_MARGIN: egui::Vec2 = egui::vec2(5.0, 1.5);
+const WORDS_MARGIN: egui::Vec2 = egui::vec2(3.0, 0.5);
+/// The space between labels, logical pixels.
+const GAP_PIXELS: f32 = 1.0;
+/// The most other labels that one is moved above.
+const MOST_MOVES: usize = 6;
+
+/// The areas of all labels of this frame, logical pixels of the panels.
+#[derive(Resource, Default, Debug)]
+struct LabelAreas(Vec<egui::Rect>);
+
+impl LabelAreas {
+    /// Moves a label upwards until it covers no other one, and notes it. In a crowd it may cover another.
+    fn place(&mut self, mut area: egui::Rect) -> egui::Rect {
+        for _ in 0..MOST_MOVES {
+            // Labels that only touch do not cover each other.
+            let inner = area.shrink(0.5);
+            let Some(other) = self.0.iter().find(|other| other.intersects(inner)) else { break };
+            area = area.translate(egui::vec2(0.0, other.min.y - GAP_PIXELS - area.max.y));
+        }
+        self.0.push(area);
+        area
+    }
+}
 
 /// Writes the names of robots.
 pub struct LabelsPlugin;
@@ -31,6 +56,7 @@ impl Plugin for LabelsPlugin {
     fn build(&self, app: &mut App) {
         // The camera has its place of this frame by then.
         app.init_resource::<NameAreas>()
+            .init_resource::<LabelAreas>()
             .configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate))
             .add_systems(
                 EguiPrimaryContextPass,
@@ -49,6 +75,7 @@ fn write_overlay_words(
     mut contexts: EguiContexts,
     (words, display): (Res<OverlayWords>, Res<DisplaySettings>),
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    mut areas: ResMut<LabelAreas>,
 ) -> Result {
     let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::SMALL };
     let (camera, camera_transform) = *camera;
@@ -59,15 +86,18 @@ fn write_overlay_words(
     for words in &words.0 {
         let Ok(place) = camera.world_to_viewport(camera_transform, words.place) else { continue };
         let font = FontId::proportional(size);
-        let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour));
+        // Lines fade with the age of what they show; words must stay readable.
+        let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour.with_alpha(1.0)));
         let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x / zoom, place.y / zoom - 3.0), text.size());
-        painter.rect_filled(area.expand2(egui::vec2(3.0, 0.5)), 4.0, Color32::from_black_alpha(170));
-        painter.galley(area.min, text, Color32::WHITE);
+        let patch = areas.place(area.expand2(WORDS_MARGIN));
+        painter.rect_filled(patch, 4.0, Color32::from_black_alpha(215));
+        painter.galley(patch.min + WORDS_MARGIN, text, Color32::WHITE);
     }
     Ok(())
 }
 
-fn forget_labels(mut areas: ResMut<NameAreas>) {
+fn forget_labels(mut names: ResMut<NameAreas>, mut areas: ResMut<LabelAreas>) {
+    names.0.clear();
     areas.0.clear();
 }
 
@@ -76,7 +106,7 @@ fn draw_labels(
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
     (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
-    mut areas: ResMut<NameAreas>,
+    (mut names, mut areas): (ResMut<NameAreas>, ResMut<LabelAreas>),
 ) -> Result {
     // In the teaching workspace labels are large, so that they can be read from the last row.
     let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::ENTRY };
@@ -85,10 +115,17 @@ fn draw_labels(
     // The panels may be scaled relative to the window.
     let zoom = context.zoom_factor();
     let painter = context.layer_painter(LayerId::background());
-    for (id, transform, penalty, body, posture) in &robots {
-        let point = transform.translation() + upper_edge(body, *posture, *camera_transform.up());
-        // A robot behind the camera has no place in the picture.
-        let Ok(place) = camera.world_to_viewport(camera_transform, point) else { continue };
+    let mut placed: Vec<_> = robots
+        .iter()
+        .filter_map(|(id, transform, penalty, body, posture)| {
+            let point = transform.translation() + upper_edge(body, *posture, *camera_transform.up());
+            // A robot behind the camera has no place in the picture.
+            Some((camera.world_to_viewport(camera_transform, point).ok()?, id, penalty))
+        })
+        .collect();
+    // The lowest first: names are moved upwards, away from robots in front.
+    placed.sort_by(|(one, ..), (other, ..)| other.y.total_cmp(&one.y));
+    for (place, id, penalty) in placed {
         let name = match penalty.0 {
             Some(active) => format!("{id}: {:.0} s", active.left_s(&clock)),
             None => id.to_string(),
@@ -98,11 +135,11 @@ fn draw_labels(
         let text = painter.layout_no_wrap(name, FontId::proportional(size), Color32::WHITE);
         let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);
         let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());
-        let patch = area.expand2(egui::vec2(5.0, 1.5));
+        let patch = areas.place(area.expand2(NAME_MARGIN));
         painter.rect_filled(patch, 7.0, colour.gamma_multiply(faded));
         let [least, most] = [patch.min, patch.max].map(|corner| zoom * Vec2::new(corner.x, corner.y));
-        areas.0.push((*id, Rect::from_corners(least, most)));
-        painter.galley(area.min, text, Color32::WHITE);
+        names.0.push((*id, Rect::from_corners(least, most)));
+        painter.galley(patch.min + NAME_MARGIN, text, Color32::WHITE);
     }
     Ok(())
 }
@@ -148,6 +185,19 @@ fn ring_ball(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn labels_at_the_same_place_are_above_each_other_and_others_stay() {
+        let label = |x, y| egui::Rect::from_min_size(Pos2::new(x, y), egui::vec2(60.0, 14.0));
+        let mut areas = LabelAreas::default();
+        let asked = [label(0.0, 100.0), label(0.0, 100.0), label(30.0, 95.0), label(61.0, 100.0), label(200.0, 0.0)];
+        let placed = asked.map(|area| areas.place(area));
+        for (index, area) in placed.iter().enumerate() {
+            assert!(placed[..index].iter().all(|other| !other.intersects(*area)), "label {index} covers another");
+        }
+        assert!(placed[0] == asked[0] && placed[4] == asked[4]);
+        assert!((placed[1].max.y - 99.0).abs() < 1e-3, "as near as possible");
+    }
 
     #[test]
     fn the_upper_edge_of_a_robot_is_its_head_from_the_side_and_its_shoulder_from_above() {

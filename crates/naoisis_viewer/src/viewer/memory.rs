@@ -6,7 +6,7 @@
 //! [`ViewerMemory`].
 
 use bevy::prelude::*;
-use bevy::window::PrimaryWindow;
+use bevy::window::{Monitor, PrimaryWindow};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io::{self, Write as _};
@@ -34,6 +34,7 @@ pub struct MemoryPlugin;
 impl Plugin for MemoryPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(Startup, recall.run_if(resource_exists::<ViewerMemory>))
+            .add_systems(Update, fit_to_screen)
             .add_systems(Last, remember.run_if(resource_exists::<ViewerMemory>).run_if(is_time));
     }
 }
@@ -147,6 +148,26 @@ fn recall(
     }
 }
 
+/// Makes the window no larger than the largest screen, when a screen becomes known: the size may be that on another one.
+fn fit_to_screen(
+    added: Query<(), Added<Monitor>>,
+    screens: Query<&Monitor>,
+    mut windows: Query<&mut Window, With<PrimaryWindow>>,
+) {
+    if added.is_empty() {
+        return;
+    }
+    let area = |screen: &&Monitor| u64::from(screen.physical_width) * u64::from(screen.physical_height);
+    let largest =
+        screens.iter().max_by_key(area).map(|screen| UVec2::new(screen.physical_width, screen.physical_height));
+    let (Some(largest), Ok(mut window)) = (largest, windows.single_mut()) else { return };
+    let size = window.resolution.physical_size();
+    let fitting = size.min(largest);
+    if fitting != size && largest.min_element() > 0 {
+        window.resolution.set_physical_resolution(fitting.x, fitting.y);
+    }
+}
+
 /// Whether to write: at intervals, and when the program ends.
 fn is_time(time: Res<Time<Real>>, exits: MessageReader<AppExit>, mut last_s: Local<f32>) -> bool {
     let is_time = !exits.is_empty() || time.elapsed_secs() - *last_s > INTERVAL_S;
@@ -225,6 +246,34 @@ mod tests {
         assert_eq!(second.world().resource::<ViewerMemory>().remembered.scenario.as_deref(), Some("match7v7"));
         let mut windows = second.world_mut().query::<&Window>();
         assert_eq!(windows.single(second.world()).unwrap().width(), 900.0);
+    }
+
+    #[test]
+    fn a_window_larger_than_the_largest_screen_is_made_to_fit() {
+        let screen = |physical_width, physical_height| Monitor {
+            name: None,
+            physical_height,
+            physical_width,
+            physical_position: IVec2::ZERO,
+            refresh_rate_millihertz: None,
+            scale_factor: 1.0,
+            video_modes: Vec::new(),
+        };
+        let mut app = App::new();
+        app.add_systems(Update, fit_to_screen);
+        let window = app.world_mut().spawn((Window::default(), PrimaryWindow)).id();
+        let size_after = |app: &mut App, wanted: [u32; 2]| {
+            let mut shown = app.world_mut().get_mut::<Window>(window).unwrap();
+            shown.resolution.set_physical_resolution(wanted[0], wanted[1]);
+            app.update();
+            app.world().get::<Window>(window).unwrap().resolution.physical_size().to_array()
+        };
+        assert_eq!(size_after(&mut app, [9000, 700]), [9000, 700], "no screen is known yet");
+        app.world_mut().spawn(screen(800, 600));
+        app.world_mut().spawn(screen(1920, 1080));
+        assert_eq!(size_after(&mut app, [2560, 700]), [1920, 700]);
+        app.world_mut().spawn(screen(640, 480));
+        assert_eq!(size_after(&mut app, [1280, 720]), [1280, 720]);
     }
 
     #[test]

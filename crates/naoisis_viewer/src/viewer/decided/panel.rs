@@ -6,7 +6,7 @@ use bevy_egui::egui::{self, DragValue, ProgressBar, RichText, WidgetInfo, Widget
 
 use super::chart::Chart;
 use super::reasons::reasons;
-use super::{Decided, DecidedCommand, awaited, refusal, restarts};
+use super::{Decided, DecidedCommand, Progress, awaited, refusal, restarts};
 use crate::viewer::display_settings::Switch;
 use crate::viewer::event_filter::FoundMistakes;
 use crate::viewer::event_log::{EventLog, LogEntry};
@@ -56,7 +56,9 @@ pub(super) fn show(
             ui.label(format!("It cannot be found for this match: {reason}."));
             return;
         }
-        show_head(ui, &mut decided, awaited(&timeline, &rebuilt, &history, clock.period_s), &mut commands);
+        let progress = decided.progress(awaited(&timeline, &rebuilt, &history, clock.period_s));
+        let is_complete = progress.played >= progress.all;
+        show_head(ui, &mut decided, progress, &mut commands);
         if let RebuildProgress::Differs(from) = &rebuilt.progress {
             let at = minutes((*from as f64 * clock.period_s) as f32);
             let words = format!("Replayed, the match is another one from {at} on: it is played from moments before.");
@@ -76,6 +78,9 @@ pub(super) fn show(
         let chart = Chart { chances: &chances, restarts: &restarts, swings: listed, whole_s, now_s };
         clicked = chart.show(ui).map(Clicked::Time);
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            if !is_complete && !listed.is_empty() {
+                ui.label(dim("Provisional until all moments are played."));
+            }
             if listed.is_empty() {
                 ui.label(dim("No change of the chances is larger than their statistical noise so far."));
             }
@@ -101,8 +106,12 @@ pub(super) fn show(
     Ok(())
 }
 
-fn show_head(ui: &mut egui::Ui, decided: &mut Decided, awaited: usize, commands: &mut MessageWriter<DecidedCommand>) {
-    let progress = decided.progress(awaited);
+fn show_head(
+    ui: &mut egui::Ui,
+    decided: &mut Decided,
+    progress: Progress,
+    commands: &mut MessageWriter<DecidedCommand>,
+) {
     let is_wanted = decided.shown.wanted.is_some() && progress.played < progress.all;
     ui.horizontal(|ui| {
         ui.add_enabled(!is_wanted, DragValue::new(&mut decided.times).range(4..=1000).suffix(" times"))
@@ -147,7 +156,8 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option
         let times = [swing.from_s, swing.until_s].map(|time_s| minutes(time_s as f32));
         ui.label(dim(format!("{} to {}", times[0], times[1])).monospace().size(text_size::SMALL));
         let words = headline(swing);
-        let text = RichText::new(&words).color(team_colour(ui, swing.team)).strong().size(text_size::IMPORTANT);
+        let colour = team_colour(ui, named_first(swing));
+        let text = RichText::new(&words).color(colour).strong().size(text_size::IMPORTANT);
         if link(ui, text, &words).on_hover_text("Click: show the moment at which it began").clicked() {
             clicked = Some(Clicked::Time(swing.from_s));
         }
@@ -184,9 +194,17 @@ fn link(ui: &mut egui::Ui, text: RichText, name: &str) -> egui::Response {
     response
 }
 
-/// The chance of the team that gained, before and after.
+/// The team that scored, or whose chance changed most.
+fn named_first(swing: &Swing) -> Team {
+    let change = |team: Team| (swing.after[team] - swing.before[team]).abs();
+    let other = swing.team.opponent();
+    if !swing.is_goal && change(other) > change(swing.team) { other } else { swing.team }
+}
+
+/// The chance of the team that is named first, before and after.
 fn headline(swing: &Swing) -> String {
-    let (team, before) = (swing.team, 100.0 * swing.before[swing.team]);
+    let team = named_first(swing);
+    let before = 100.0 * swing.before[team];
     if swing.is_goal {
         format!("{team}: {before:.0} %, then the goal")
     } else {
@@ -196,7 +214,7 @@ fn headline(swing: &Swing) -> String {
 
 /// The chance of the other team, and the change of the difference of both with its interval.
 fn other_words(swing: &Swing) -> String {
-    let other = swing.team.opponent();
+    let other = named_first(swing).opponent();
     let [before, after] = [swing.before, swing.after].map(|share| 100.0 * share[other]);
     let gain = swing.gain;
     format!(
@@ -204,4 +222,31 @@ fn other_words(swing: &Swing) -> String {
         100.0 * gain.value,
         100.0 * gain.margin()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::team::PerTeam;
+    use naoisis_record::whatif::chances::{Restart, swings};
+
+    #[test]
+    fn the_team_whose_chance_changed_most_is_named_first() {
+        let chance = |time_s, blue, pink, scored| Chance {
+            time_s,
+            score: PerTeam { blue: scored, pink: 0 },
+            times: 100,
+            first: PerTeam { blue, pink },
+        };
+        let words = |later, restarts: &[Restart]| {
+            let swing = swings(&[chance(10.0, 0, 60, 0), later], restarts)[0];
+            (headline(&swing), other_words(&swing).split(';').next().unwrap().to_owned())
+        };
+        let lost = words(chance(15.0, 0, 5, 0), &[]);
+        assert_eq!(lost, ("pink: 60 to 5 %".to_owned(), "blue: 0 to 0 %".to_owned()));
+        let gained = words(chance(15.0, 90, 5, 0), &[]);
+        assert_eq!(gained, ("blue: 0 to 90 %".to_owned(), "pink: 60 to 5 %".to_owned()));
+        let scored = words(chance(15.0, 20, 30, 1), &[Restart { time_s: 14.0, goal: Some(Team::Blue) }]);
+        assert!(scored.0.starts_with("blue: 0 %, then the goal"), "{scored:?}");
+    }
 }

@@ -290,7 +290,8 @@ fn mistake_words(mistake: &Mistake) -> String {
     let joins = if mistake.kind == MistakeKind::BallGivenAway { "to" } else { "with" };
     let other = mistake.other.map_or_else(String::new, |other| format!(" {joins} {other}"));
     let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
-    let length_s = mistake.until_s - mistake.from_s;
+    // The time of a pass to the other team says nothing about the mistake.
+    let length_s = if mistake.kind == MistakeKind::BallGivenAway { 0.0 } else { mistake.until_s - mistake.from_s };
     let length = if length_s > 0.0 { format!(", for {length_s:.1} s") } else { String::new() };
     format!("{}: {}{other}{worst}{length}", mistake.robot, mistake.kind)
 }

@@ -50,7 +50,7 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
                     ui.spacing_mut().item_spacing.x = 5.0;
                     for (colour, words) in marks {
                         patch(ui, colour);
-                        ui.add(egui::Label::new(RichText::new(words).size(text_size::SMALL)).extend());
+                        ui.add(egui::Label::new(RichText::new(words).size(text_size::IMPORTANT)).extend());
                         ui.add_space(6.0);
                     }
                 });

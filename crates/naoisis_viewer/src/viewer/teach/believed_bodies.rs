@@ -10,10 +10,11 @@ use core::f32::consts::PI;
 use crate::viewer::camera::{CameraMode, ViewerCamera};
 use crate::viewer::ghost_models::{Coat, GhostModels};
 use crate::viewer::overlays::{SEEN_LATELY_S, faded};
-use crate::viewer::pitch_frame::transform_of;
+use crate::viewer::pitch_frame::{between, transform_of};
 use crate::viewer::robot_animation::GhostBody;
-use crate::viewer::shared::{RobotsWorld, Selection};
+use crate::viewer::shared::{DisplayFraction, RobotsWorld, Selection};
 use naoisis_core::ball::BallPhysics;
+use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Game;
 use naoisis_core::geometry::{Pose, angle_of};
 use naoisis_core::pitch::End;
@@ -41,6 +42,29 @@ pub struct BelievedBodies(pub usize);
 pub(super) enum Model {
     Robot(RobotId, Body),
     Ball(BallPhysics),
+}
+
+/// The last two places of a believed body, pitch frame, so that it moves smoothly between cycles.
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
+pub(super) struct Motion {
+    cycle: u64,
+    from: Pose,
+    to: Pose,
+}
+
+impl Motion {
+    fn at(cycle: u64, pose: Pose) -> Self {
+        Self { cycle, from: pose, to: pose }
+    }
+
+    /// The motion to the pose in a cycle. After a jump in time, the body is there at once.
+    fn on_to(self, cycle: u64, pose: Pose) -> Self {
+        match cycle.checked_sub(self.cycle) {
+            Some(0) => Self { to: pose, ..self },
+            Some(1) => Self { cycle, from: self.to, to: pose },
+            _ => Self::at(cycle, pose),
+        }
+    }
 }
 
 /// A body in the world of a robot.
@@ -73,7 +97,7 @@ type Present<'w, 's> = Query<
     'w,
     's,
     (
-        (Entity, &'static Model, &'static Children),
+        (Entity, &'static Model, &'static Children, &'static mut Motion),
         (&'static mut Transform, &'static mut Visibility, Option<&'static mut GhostBody>),
     ),
 >;
@@ -82,6 +106,7 @@ type Present<'w, 's> = Query<
 /// cycle are hidden until then.
 pub(super) fn show(
     (world, selection, roster, game): (Res<RobotsWorld>, Res<Selection>, Res<Roster>, Res<Game>),
+    (clock, fraction): (Res<CycleClock>, Res<DisplayFraction>),
     cameras: Query<&ViewerCamera>,
     (robots, balls): (Robots, Query<&BallPhysics>),
     mut present: Present,
@@ -122,15 +147,20 @@ pub(super) fn show(
         Some(own.unwrap_or_else(other))
     };
     drawn.0 = 0;
-    for ((_, model, parts), (mut transform, mut visibility, limbs)) in &mut present {
-        let Some(index) = wanted.iter().position(|(other, _)| other == model) else {
+    for ((_, model, parts, mut motion), (mut transform, mut visibility, limbs)) in &mut present {
+        // Opponents are all of the same model: each goes on with the nearest place.
+        let away = |place: &Place| place.pose.position.distance_squared(motion.to.position);
+        let same = wanted.iter().enumerate().filter(|(_, (other, _))| other == model);
+        let nearest = same.min_by(|(_, (_, one)), (_, (_, other))| away(one).total_cmp(&away(other)));
+        let Some(index) = nearest.map(|(index, _)| index) else {
             visibility.set_if_neq(Visibility::Hidden);
             continue;
         };
         let (_, Place { of, pose, coat }) = wanted.remove(index);
         visibility.set_if_neq(Visibility::Inherited);
         drawn.0 += 1;
-        transform.set_if_neq(transform_of(pose));
+        *motion = motion.on_to(clock.cycle, pose);
+        transform.set_if_neq(transform_of(between(motion.from, motion.to, fraction.0, clock.period())));
         if let (Some(mut limbs), Some(new)) = (limbs, limbs_of(of, pose)) {
             limbs.update(new);
         }
@@ -143,7 +173,7 @@ pub(super) fn show(
     for (model, Place { of, pose, coat }) in wanted {
         let body = |id| body_of(id, &roster, &robots);
         let robot = limbs_of(of, pose).map(|limbs| limbs.with_body(body(limbs.robot().0)));
-        models.add(model, pose, robot, ball, coat);
+        models.add((model, Motion::at(clock.cycle, pose)), pose, robot, ball, coat);
     }
 }
 
@@ -232,6 +262,18 @@ mod tests {
         let unknown = Belief { ball: None, ..belief() };
         let [_, mate, near, _] = places(BLUE1, &unknown, End::NegativeX).try_into().unwrap();
         assert!(mate.pose.forward().abs_diff_eq(Vec2::X, 1e-6) && near.pose.forward().abs_diff_eq(Vec2::NEG_X, 1e-6));
+    }
+
+    #[test]
+    fn bodies_move_on_from_the_cycle_before_and_jump_in_time() {
+        let pose = |x| Pose::new(x, 0.0, 0.0);
+        let motion = Motion::at(10, pose(1.0)).on_to(11, pose(1.2));
+        assert_eq!(motion, Motion { cycle: 11, from: pose(1.0), to: pose(1.2) });
+        assert_eq!(motion.on_to(11, pose(1.3)).from, pose(1.0), "changed within a cycle");
+        assert_eq!(motion.on_to(12, pose(1.4)).from, pose(1.2));
+        for cycle in [9, 10, 13, 500] {
+            assert_eq!(motion.on_to(cycle, pose(2.0)), Motion::at(cycle, pose(2.0)));
+        }
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub struct BookmarksPlugin;
 
 impl Plugin for BookmarksPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (forget, apply).chain().after(KeysSystems).before(CameraSystems))
+        app.add_systems(Update, (forget, keep_strokes, apply).chain().after(KeysSystems).before(CameraSystems))
             .add_systems(EguiPrimaryContextPass, show_caption.run_if(is_teaching).in_set(LayoutSystems::Floating));
     }
 }
@@ -72,9 +72,19 @@ impl Bookmarks {
         self.shown
     }
 
+    /// The number of the bookmark that is shown, and how many there are.
+    fn shown_words(&self) -> String {
+        format!("Bookmark {} of {}", self.shown.map_or(0, |shown| shown + 1), self.list.len())
+    }
+
     /// Replaces the bookmarks by those stored for a match.
     pub(super) fn take_in(&mut self, list: Vec<Bookmark>, of: &Keyframes) {
         *self = Bookmarks { list, shown: None, of: of.clone() };
+    }
+
+    /// Returns whether a stroke belongs to a bookmark of a cycle other than `cycle`.
+    fn is_of_another(&self, mark: &PenMark, cycle: u64) -> bool {
+        self.list.iter().any(|bookmark| bookmark.cycle != cycle && bookmark.marks.contains(mark))
     }
 
     /// Adds a bookmark; replaces one of the same moment.
@@ -111,6 +121,15 @@ fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut bookmarks: ResM
     }
 }
 
+/// Strokes that are drawn or erased while a bookmark is shown are the bookmark's.
+fn keep_strokes(clock: Res<CycleClock>, pen: Res<Pen>, mut bookmarks: ResMut<Bookmarks>) {
+    let Some(shown) = bookmarks.shown.and_then(|shown| bookmarks.list.get(shown)) else { return };
+    if pen.is_changed() && shown.cycle.abs_diff(clock.cycle) <= 1 && shown.marks != pen.marks {
+        let index = bookmarks.shown.unwrap_or_default();
+        bookmarks.list[index].marks.clone_from(&pen.marks);
+    }
+}
+
 fn apply(
     mut actions: MessageReader<TeachAction>,
     (clock, timeline, log): (Res<CycleClock>, Res<Timeline>, Res<EventLog>),
@@ -127,6 +146,7 @@ fn apply(
             TeachAction::Bookmark => {
                 playback.paused = true;
                 let cycle = timeline.cursor().map_or(clock.cycle, |cursor| cursor.round() as u64);
+                pen.marks.retain(|mark| !bookmarks.is_of_another(mark, cycle));
                 bookmarks.add(Bookmark {
                     cycle,
                     caption: caption(&log, cycle as f64 * clock.period_s),
@@ -135,8 +155,7 @@ fn apply(
                     robots_world: world.0,
                     camera: **camera,
                 });
-                let count = bookmarks.list.len();
-                notice.tell(format!("Bookmark {count}; J: next one, Shift J: previous one"));
+                notice.tell(format!("{}; J: next one, Shift J: previous one", bookmarks.shown_words()));
             }
             TeachAction::NextBookmark | TeachAction::PreviousBookmark => {
                 let forward = *action == TeachAction::NextBookmark;
@@ -150,6 +169,7 @@ fn apply(
                 };
                 let bookmark = bookmarks.list[index].clone();
                 bookmarks.shown = Some(index);
+                notice.tell(bookmarks.shown_words());
                 playback.paused = true;
                 pen.marks = bookmark.marks;
                 selection.0 = bookmark.selected;
@@ -175,7 +195,7 @@ fn caption(log: &EventLog, time_s: f64) -> String {
     last.map(|entry| entry.text.clone()).unwrap_or_default()
 }
 
-/// Shows the caption of the current bookmark in large letters, as an editable text.
+/// Shows the caption of the current bookmark in large letters, as an editable text. An empty one leaves the pitch free.
 fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) -> Result {
     let Some(index) = bookmarks.shown else { return Ok(()) };
     let count = bookmarks.list.len();
@@ -186,13 +206,22 @@ fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmark
     let mut caption = bookmark.caption.clone();
     let mut is_removed = false;
     let at = minutes((bookmark.cycle as f64 * clock.period_s) as f32);
-    layout::floating(context, "caption", Align2::CENTER_BOTTOM).show(context, |ui| {
+    let id = egui::Id::new("text of the caption");
+    let is_edited = context.memory(|memory| memory.has_focus(id));
+    layout::floating(context, "caption", Align2::CENTER_BOTTOM).default_width(width).show(context, |ui| {
         card(ui).show(ui, |ui| {
-            let text = TextEdit::multiline(&mut caption).font(FontId::proportional(letters)).desired_rows(1);
-            let text = ui.add(text.desired_width(width).frame(egui::Frame::NONE).hint_text("Caption of this moment"));
-            text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Caption"));
+            if is_edited || !caption.is_empty() {
+                let text = TextEdit::multiline(&mut caption).id(id).font(FontId::proportional(letters)).desired_rows(1);
+                let text = text.desired_width(width).frame(egui::Frame::NONE).hint_text("Caption of this moment");
+                ui.add(text).widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Caption"));
+            }
             ui.horizontal(|ui| {
                 ui.label(dim(format!("{} of {count}, at {at}", index + 1)));
+                if is_edited {
+                    ui.label(dim("Esc: end of editing"));
+                } else if caption.is_empty() && ui.small_button("Write a caption").clicked() {
+                    ui.memory_mut(|memory| memory.request_focus(id));
+                }
                 is_removed = ui.small_button("Remove").clicked();
             });
         });
@@ -227,6 +256,26 @@ mod tests {
             [9.9, 10.0, 11.5, 13.0].map(|time_s| caption(&log, time_s)),
             ["", "Final whistle", "Final whistle", ""]
         );
+    }
+
+    #[test]
+    fn strokes_drawn_at_a_bookmark_are_its_own_and_not_those_of_the_next() {
+        let stroke = |x| PenMark::Arrow(Vec2::ZERO, Vec2::new(x, 0.0));
+        let mut app = App::new();
+        app.insert_resource(CycleClock { cycle: 50, ..default() }).init_resource::<Pen>();
+        let mut bookmarks = Bookmarks::default();
+        bookmarks.add(bookmark(50, "pass"));
+        app.insert_resource(bookmarks).add_systems(Update, keep_strokes);
+        for cycle in [50, 80] {
+            app.world_mut().resource_mut::<CycleClock>().cycle = cycle;
+            app.world_mut().resource_mut::<Pen>().marks.push(stroke(cycle as f32));
+            app.update();
+        }
+        let bookmarks = app.world().resource::<Bookmarks>();
+        assert_eq!(bookmarks.list[0].marks, [stroke(50.0)], "the second one is drawn at another moment");
+        assert!(bookmarks.is_of_another(&stroke(50.0), 80) && !bookmarks.is_of_another(&stroke(50.0), 50));
+        assert!(!bookmarks.is_of_another(&stroke(80.0), 80));
+        assert_eq!(bookmarks.shown_words(), "Bookmark 1 of 1");
     }
 
     #[test]
