@@ -166,11 +166,32 @@ struct Moments {
 impl Moments {
     fn rebuild(&mut self, wanted: &Wanted) -> Result<RebuiltMoment, String> {
         // A keyframe of this very moment has no reasons. They need the last cycle to be played.
-        let played = self.play_from(wanted, wanted.cycle.saturating_sub(1))?;
+        let latest = wanted.cycle.saturating_sub(1);
+        let played = self.play_from(wanted, latest)?;
         match wanted.keyframes.before(wanted.cycle) {
             // The result of interventions by hand in that cycle is only in the keyframe after it.
             Some((kept, _)) if kept == wanted.cycle && !played.is_same => self.play_from(wanted, wanted.cycle),
-            _ => Ok(played),
+            _ => Ok(self.with_older_reasons(wanted, latest, played)),
+        }
+    }
+
+    /// Adds the objects that were not recognised in images from before the last keyframe, by a replay from the one before it.
+    /// Everything else stays: that replay leaves out interventions by hand at the last keyframe.
+    fn with_older_reasons(&mut self, wanted: &Wanted, latest: u64, played: RebuiltMoment) -> RebuiltMoment {
+        let last = wanted.keyframes.before(latest).map_or(0, |(kept, _)| kept);
+        let earlier = last.checked_sub(1).filter(|earlier| wanted.keyframes.before(*earlier).is_some());
+        let (Some(earlier), Some((app, _))) = (earlier, &self.app) else { return played };
+        if !lacks_reasons(app.world(), &played.unrecognised) {
+            return played;
+        }
+        let longer = self.play_from(wanted, earlier);
+        // The next moment is rebuilt from a keyframe, and not from this replay.
+        if let Some((_, of_match)) = &mut self.app {
+            *of_match = Keyframes::default();
+        }
+        match longer {
+            Ok(longer) if longer.is_same => RebuiltMoment { unrecognised: longer.unrecognised, ..played },
+            _ => played,
         }
     }
 
@@ -217,6 +238,14 @@ fn all_unrecognised(world: &World) -> BTreeMap<RobotId, Vec<MissedObject>> {
     let unrecognised = world.resource::<Unrecognised>();
     let of = |id, robot| unrecognised.of(id, world.get::<Percepts>(robot)?);
     world.resource::<Roster>().iter().filter_map(|(id, robot)| Some((id, of(id, robot)?))).collect()
+}
+
+/// Whether a robot has percepts of the last second without the objects that it did not recognise.
+fn lacks_reasons(world: &World, unrecognised: &BTreeMap<RobotId, Vec<MissedObject>>) -> bool {
+    const LATELY_S: f64 = 1.0;
+    let now_s = world.resource::<CycleClock>().end_time_s();
+    let has_percepts = |robot| world.get::<Percepts>(robot).is_some_and(|percepts| now_s - percepts.time_s < LATELY_S);
+    world.resource::<Roster>().iter().any(|(id, robot)| !unrecognised.contains_key(&id) && has_percepts(robot))
 }
 
 /// Makes all robots record their reasons in the next cycle.

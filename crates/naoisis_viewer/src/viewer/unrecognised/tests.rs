@@ -101,6 +101,28 @@ fn the_present_and_the_past_say_the_same_even_if_the_vision_is_late() {
 }
 
 #[test]
+fn images_from_before_a_keyframe_have_reasons_too() {
+    let mut app = app("{}", 0.1);
+    while app.cycle() < 400 {
+        app.update();
+    }
+    let keyframes = app.world().resource::<Keyframes>().cycles(|_| true);
+    let kept = keyframes.into_iter().find(|kept| *kept > 0).expect("keyframes within thirteen seconds");
+    app.world_mut().write_message(ViewerCommand::TogglePause);
+    app.update();
+    // The second one is rebuilt after a replay that was only for reasons.
+    for cycle in [kept + 1, kept + 2] {
+        app.world_mut().write_message(TimelineCommand::GoTo(cycle));
+        app.update();
+        let said = shown(&mut app).0.unwrap();
+        let mut live = simulator();
+        live.init_resource::<Unrecognised>();
+        live.start_match(app.world().resource::<Scenario>()).unwrap().run_cycles(cycle as usize);
+        assert_eq!(Some(said), missed(&live, BLUE2), "cycle {cycle}, keyframe {kept}");
+    }
+}
+
+#[test]
 fn a_robot_that_is_selected_while_the_match_is_paused_has_reasons_too() {
     let mut app = app("{}", 0.0);
     app.world_mut().resource_mut::<Selection>().0 = None;
