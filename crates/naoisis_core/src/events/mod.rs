@@ -179,7 +179,7 @@ pub enum MatchEvent {
     Goal {
         /// The team that it counts for.
         team: Team,
-        /// The robot that touched the ball last, if any.
+        /// The robot that touched the ball last, if any, or that kicked the ball before an opponent deflected it.
         scorer: Option<RobotId>,
         /// Whether that robot is of the other team.
         own_goal: bool,

@@ -12,7 +12,7 @@ impl Referee<'_, '_> {
     pub(super) fn ball_leaves_play(&self) -> bool {
         let crossing = self.seen.ball.as_ref().and_then(|ball| boundary::crossing(ball, self.seen.pitch));
         crossing.is_some_and(|crossing| {
-            goal::judge(self.seen, &crossing).is_some() || ball_out::judge(self.seen, &crossing).is_some()
+            goal::judge(self.seen, None, &crossing).is_some() || ball_out::judge(self.seen, &crossing).is_some()
         })
     }
 
@@ -20,7 +20,7 @@ impl Referee<'_, '_> {
     pub(super) fn judge_ball(&mut self) -> Option<Stoppage> {
         let ball = self.seen.ball.as_ref().filter(|_| self.decisions.ball.is_none())?;
         let crossing = boundary::crossing(ball, self.seen.pitch)?;
-        if let Some(goal) = goal::judge(self.seen, &crossing) {
+        if let Some(goal) = goal::judge(self.seen, self.memory.plays.shot, &crossing) {
             return self.award_goal(&goal, &crossing);
         }
         let out = ball_out::judge(self.seen, &crossing)?;
@@ -103,6 +103,7 @@ mod tests {
     use bevy::prelude::*;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+    const PINK1: RobotId = RobotId::new(Team::Pink, 1);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);
 
     #[test]
@@ -126,6 +127,20 @@ mod tests {
         let mut second_half = MatchFixture::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]);
         second_half.game.blue_end = second_half.game.blue_end.opposite();
         assert_eq!(second_half.decide().game.score.pink, 1);
+    }
+
+    #[test]
+    fn a_kick_that_an_opponent_deflects_into_its_goal_is_the_kickers_goal() {
+        for (kicker, scorer, is_own) in [(BLUE2, BLUE2, false), (PINK1, PINK2, true)] {
+            let mut shot = MatchFixture::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]);
+            shot.memory.plays.shot = Some(kicker);
+            let events = shot.decide().events;
+            assert!(
+                matches!(&events[0], MatchEvent::Goal { team: Team::Blue, scorer: Some(by), own_goal, .. }
+                    if *by == scorer && *own_goal == is_own),
+                "{events:?}"
+            );
+        }
     }
 
     #[test]

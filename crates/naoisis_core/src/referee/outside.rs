@@ -5,6 +5,7 @@ use bevy::prelude::*;
 
 use super::areas::penalty_mark;
 use super::decide::Referee;
+use super::goal;
 use super::penalty_kick;
 use super::set_play;
 use crate::events::MatchEvent;
@@ -17,6 +18,7 @@ const RULE: &str = "A referee outside the match decides.";
 impl Referee<'_, '_> {
     /// Applies the decisions of a cycle.
     pub(super) fn apply_outside(&mut self, outside: &OutsideReferee) {
+        self.memory.plays.advance(self.seen);
         self.apply_half(outside);
         self.apply_score(outside);
         self.apply_penalties(outside);
@@ -56,7 +58,8 @@ impl Referee<'_, '_> {
         let before = core::mem::replace(&mut self.decisions.game.score, outside.score);
         for team in Team::BOTH {
             for _ in before[team]..outside.score[team] {
-                let scorer = self.seen.last_touch.map(|touch| touch.robot);
+                let last_touch = self.seen.last_touch.map(|touch| touch.robot);
+                let scorer = goal::scorer(team, last_touch, self.memory.plays.shot);
                 let own_goal = scorer.is_some_and(|robot| robot.team != team);
                 let place = self.seen.ball.map_or(Vec2::ZERO, |ball| ball.position);
                 let evidence = self.seen.evidence(RULE, place);

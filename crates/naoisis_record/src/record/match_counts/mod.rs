@@ -8,15 +8,15 @@
 //!
 //! | counted | definition | source |
 //! |---|---|---|
-//! | goal | counts for the team, own goals of the opponents included; a robot's goals are those that it touched last | Opta "Goal/Own Goal" |
+//! | goal | counts for the team, own goals of the opponents included; a robot's goals are those that it touched last, or kicked before an opponent deflected the ball | Opta "Goal/Own Goal" |
 //! | goals in a half | the goals that were added to the score in it | |
 //! | own goal | a goal that counts for the other team | Opta "Goal/Own Goal" |
 //! | kick | a kick that struck the ball, in any state of the game | |
 //! | pass | a kick that another robot touched next, or that left the pitch, and that was no shot. A ball that the kicker touches again after 0.5 s is a dribble, and one that is stopped by the referee no pass | Opta "Pass": the attempted delivery of the ball from one player to another |
 //! | pass completed | a team-mate touched the ball next, wherever the kick was aimed | Opta "Successful Pass" |
 //! | shot | a kick that no team-mate touched next and that scored, or would have rolled over the opponents' goal line at most 0.5 m outside a post | Opta "Shot": any goal attempt |
-//! | shot on target | a shot that scored, or would have between the posts | Opta "Shot on Target": goals, and shots that a save or the last defender kept out |
-//! | save | a shot on target that the goalkeeper touched next | Opta "Save" |
+//! | shot on target | a shot that scored, deflected or not, or would have between the posts | Opta "Shot on Target": goals, and shots that a save or the last defender kept out |
+//! | save | a shot on target that the goalkeeper touched next, and that did not score | Opta "Save" |
 //! | possession | time in play in which the team touched the ball last since the ball was put down or thrown in; until then it is nobody's, and out of play it is not counted | FIFA EFI "Possession control", which leaves out the time out of play; there, a third share is "in contest" |
 //! | duel | in play, upright robots of both teams are within 0.5 m of the ball, until one team has none within 0.75 m. The team that touched the ball last during it has won; a duel without a touch, or that a dead ball ends, is not counted | Opta "Duel": a 50-50 contest between two players of opposing sides, one of whom wins |
 //! | ball in a half | time in play with the ball on that side of the halfway line | |
@@ -192,13 +192,18 @@ impl MatchCounts {
         for event in cycle.events {
             self.count(event);
         }
+        let first_way = |place: Vec2| if cycle.blue_end == End::NegativeX { place } else { -place };
         for (kick, end) in self.kicks.look(cycle) {
             let outcome = self.count_kick(kick, end);
-            let first_way = |place: Vec2| if cycle.blue_end == End::NegativeX { place } else { -place };
             if outcome != KickOutcome::Neither {
                 let StruckKick { robot, time_s, position_m, .. } = kick;
                 let (from_m, to_m) = (first_way(position_m), first_way(ball_before_m.unwrap_or(position_m)));
                 self.passes_and_shots.push(PlayedKick { robot, time_s, from_m, to_m, outcome });
+            }
+        }
+        for event in cycle.events {
+            if let MatchEvent::Goal { scorer: Some(scorer), own_goal: false, .. } = event {
+                self.count_deflected(*scorer, ball_before_m.map(first_way));
             }
         }
         if cycle.state != GameState::Playing {
@@ -333,6 +338,26 @@ impl MatchCounts {
             KickOutcome::Neither => {}
         }
         outcome
+    }
+
+    /// Counts the last kick as a shot that scored, if it was the scorer's and an opponent touched the ball next. `to_m` is the last
+    /// position of the ball.
+    fn count_deflected(&mut self, scorer: RobotId, to_m: Option<Vec2>) {
+        let is_meant = |kick: &&mut PlayedKick| kick.robot == scorer && kick.outcome != KickOutcome::PassCompleted;
+        let Some(kick) = self.passes_and_shots.last_mut().filter(is_meant) else { return };
+        let before = core::mem::replace(&mut kick.outcome, KickOutcome::ShotOnTarget { stopped_by: None });
+        kick.to_m = to_m.unwrap_or(kick.to_m);
+        if let KickOutcome::ShotOnTarget { stopped_by } = before {
+            if let Some(keeper) = stopped_by.filter(|robot| robot.is_goalkeeper_of(&self.goalkeepers)) {
+                self.robot(keeper).saves -= 1;
+            }
+            return;
+        }
+        let robot = self.robot(scorer);
+        robot.shots_on_target += 1;
+        if let KickOutcome::PassFailed { .. } = before {
+            (robot.passes, robot.shots) = (robot.passes - 1, robot.shots + 1);
+        }
     }
 
     /// Begins or ends a duel. `further_m` is the distance of each team's nearest robot to the ball, the greater of the two.

@@ -79,6 +79,31 @@ fn passes_and_shots_have_their_places_and_halves_the_other_way_are_turned_around
 }
 
 #[test]
+fn a_shot_that_is_touched_on_its_way_into_the_goal_is_the_kickers_and_no_save() {
+    let touch = MatchEvent::Collision {
+        robot: Some(PINK1),
+        with: CollisionPartner::Ball,
+        collision_type: naoisis_core::events::CollisionType::StandingRobotAndBall,
+        position_m: Vec2::ZERO,
+        speed_mps: 1.0,
+    };
+    let goal = |scorer, own_goal| {
+        let (team, evidence) = (Team::Blue, Evidence::default());
+        MatchEvent::Goal { team, scorer: Some(scorer), own_goal, evidence }
+    };
+    // On target, beside the goal, and to the side: the second one misses a post by less than 0.5 m.
+    for direction in [0.0, 0.35, FRAC_PI_2] {
+        let scored = counts([vec![kick(BLUE2, direction)], vec![touch.clone()], vec![goal(BLUE2, false)]]);
+        let blue = scored.team(Team::Blue);
+        assert_eq!((blue.goals, blue.shots, blue.shots_on_target, blue.passes), (1, 1, 1, 0), "{direction}");
+        assert_eq!((scored.robots[&PINK1].saves, scored.own_goals.pink), (0, 0));
+        assert_eq!(scored.passes_and_shots[0].outcome, KickOutcome::ShotOnTarget { stopped_by: None });
+    }
+    let own = counts([vec![kick(BLUE2, 0.0)], vec![touch], vec![goal(PINK1, true)]]);
+    assert_eq!((own.own_goals.pink, own.team(Team::Blue).goals), (1, 0));
+}
+
+#[test]
 fn a_substitute_that_keeps_goal_has_the_saves() {
     let mut counts = MatchCounts::new(&Scenario::default());
     for (cycle, events) in

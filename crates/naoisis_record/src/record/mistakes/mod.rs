@@ -3,7 +3,7 @@
 //!
 //! | mistake | when |
 //! |---|---|
-//! | `ball_misplaced` | for half a second a robot believes the ball to be more than 0.5 m from its true position |
+//! | `ball_misplaced` | for half a second a robot believes the ball to be more than 0.5 m from its true position, and the ball was not put elsewhere in the last 3 s |
 //! | `own_pose_lost` | for a second a robot believes itself to be more than 0.5 m, or 30°, from its true pose |
 //! | `ball_not_seen` | the team's robot nearest to the ball, within 2 m of it, has not seen it for 3 s |
 //! | `kick_missed` | a kick did not reach the ball |
@@ -12,16 +12,16 @@
 //! | `team_mates_collide` | two robots of a team ran into each other |
 //! | `same_ball` | for a second two robots of a team, neither its keeper, walked to the ball within 0.75 m of it |
 //!
-//! Mistakes are found in play only. A mistake that lasts counts once, with its beginning, its end and its worst value.
+//! Mistakes are found in play only, and none of beliefs while the robot's program restarts. A mistake that lasts counts once, with its beginning, its end and its worst value.
 
 use bevy::prelude::*;
 use serde::Serialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::match_counts::kicks::{KickEnd, KickFollower, KickOutcome, StruckKick};
 pub use naoisis_core::events::MistakeKind;
 use naoisis_core::events::{CollisionPartner, KickMiss, KickResult, MatchEvent};
-use naoisis_core::game::GameState;
+use naoisis_core::game::{GameState, Intervention};
 use naoisis_core::geometry::wrap_angle;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::{pitch_from_team, point_pitch_from_team};
@@ -37,6 +37,8 @@ const OWN_BALL_M: f32 = 2.0;
 /// Distance to the ball within which two robots go for the same ball, m; and their least speed towards it, m/s.
 const SAME_BALL_M: f32 = 0.75;
 const TOWARDS_MPS: f32 = 0.05;
+/// Time that robots have to find a ball that was put elsewhere, s.
+const FIND_PUT_BALL_S: f64 = 3.0;
 /// Time within which a repeated mistake counts as the same mistake, s.
 const SAME_S: f64 = 2.0;
 
@@ -84,13 +86,24 @@ pub struct MistakeFinder {
     found: Vec<Mistake>,
     /// The robots that have had a belief.
     believers: BTreeSet<RobotId>,
+    /// The times until which programs restart, s.
+    down_until_s: BTreeMap<RobotId, f64>,
+    /// The time at which the ball was last put elsewhere, s.
+    ball_put_s: f64,
 }
 
 impl MistakeFinder {
     /// Creates a finder for matches of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
         let kicks = KickFollower::new(scenario);
-        Self { kicks, under_way: Vec::new(), found: Vec::new(), believers: BTreeSet::new() }
+        Self {
+            kicks,
+            under_way: Vec::new(),
+            found: Vec::new(),
+            believers: BTreeSet::new(),
+            down_until_s: BTreeMap::new(),
+            ball_put_s: f64::NEG_INFINITY,
+        }
     }
 
     /// Reads the next cycle.
@@ -98,12 +111,17 @@ impl MistakeFinder {
         for (kick, end) in self.kicks.look(&record.into()) {
             self.judge_kick(kick, end, record.time_s);
         }
+        for event in &record.events {
+            self.note_circumstances(event, record.time_s);
+        }
         if record.game.state != GameState::Playing {
             self.end(|_| true);
             return;
         }
         for robot in record.robots.iter().filter(|robot| robot.penalised.is_none()) {
-            self.look_at_beliefs(record, robot);
+            if self.down_until_s.get(&robot.id).is_none_or(|until_s| *until_s < record.time_s) {
+                self.look_at_beliefs(record, robot);
+            }
         }
         self.look_at_teams(record);
         for event in &record.events {
@@ -130,6 +148,23 @@ impl MistakeFinder {
         self.believers.iter().any(|robot| is_meant(*robot))
     }
 
+    /// Notes what excuses wrong beliefs: the ball was put elsewhere, or a program restarts.
+    fn note_circumstances(&mut self, event: &MatchEvent, time_s: f64) {
+        match event {
+            MatchEvent::Goal { .. }
+            | MatchEvent::BallOut { .. }
+            | MatchEvent::KickOff { .. }
+            | MatchEvent::DropBall { .. }
+            | MatchEvent::ThrowIn { .. }
+            | MatchEvent::FreeKick { .. }
+            | MatchEvent::Intervention { intervention: Intervention::PlaceBall { .. } } => self.ball_put_s = time_s,
+            MatchEvent::ProgramRestarts { robot, duration_s } => {
+                self.down_until_s.insert(*robot, time_s + f64::from(*duration_s));
+            }
+            _ => {}
+        }
+    }
+
     /// Compares a robot's beliefs with the truth.
     fn look_at_beliefs(&mut self, record: &CycleRecord, robot: &RobotRecord) {
         let Some(belief) = &robot.belief else { return };
@@ -142,7 +177,8 @@ impl MistakeFinder {
             self.goes_on(MistakeKind::OwnPoseLost, record, robot, None, Some(away_m));
         }
         let ball = record.ball.map(|ball| ball.position_m.truncate());
-        if let (Some(ball), Some(believed)) = (ball, belief.ball) {
+        let was_put = record.time_s - self.ball_put_s < FIND_PUT_BALL_S;
+        if let (Some(ball), Some(believed)) = (ball.filter(|_| !was_put), belief.ball) {
             let away_m = point_pitch_from_team(believed.position_m, own_end).distance(ball);
             if away_m > MISPLACED_M {
                 self.goes_on(MistakeKind::BallMisplaced, record, robot, None, Some(away_m));

@@ -71,6 +71,24 @@ fn a_wrong_belief_is_a_mistake_if_it_lasts() {
 }
 
 #[test]
+fn beliefs_are_excused_while_a_program_restarts_and_just_after_the_ball_was_put_elsewhere() {
+    let found_after = |cycles: u64, event: MatchEvent| {
+        found(cycles, move |record| {
+            let ball = BallBelief { position_m: Vec2::new(1.0, 0.0), ..default() };
+            let pose = record.robots[0].pose;
+            record.robots[0].belief = Some(Belief { pose, ball: Some(ball), ..default() });
+            record.events.extend((record.cycle == 1).then(|| event.clone()));
+        })
+    };
+    // Wrong for 3 s before it may be a mistake, which takes another half second.
+    let put = MatchEvent::DropBall { position_m: Vec2::ZERO };
+    assert_eq!((found_after(100, put.clone()).len(), found_after(115, put).len()), (0, 1));
+    let restarts = |robot| MatchEvent::ProgramRestarts { robot, duration_s: 2.0 };
+    assert_eq!((found_after(70, restarts(BLUE2)).len(), found_after(85, restarts(BLUE2)).len()), (0, 1));
+    assert_eq!(found_after(70, restarts(BLUE3)).len(), 1, "another robot's");
+}
+
+#[test]
 fn a_robot_lost_its_pose_by_place_or_by_heading() {
     for (away_m, turned, expected) in [(0.6, 0.0, 1), (0.4, 0.0, 0), (0.0, 0.6, 1), (0.0, 0.4, 0)] {
         let mistakes = found(40, |record| {
