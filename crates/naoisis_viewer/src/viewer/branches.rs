@@ -14,6 +14,7 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::history::History;
 use naoisis_record::whatif::Moment;
 use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::interface::gather::CurrentRecord;
 use naoisis_sim::simulation::SnapshotError;
 
 /// The name of the root branch.
@@ -227,6 +228,7 @@ fn fork(
     // The random numbers may differ from here on.
     keyframes.note_change();
     data.put(world);
+    take_record(world);
     let mut branches = world.resource_mut::<Branches>();
     let number = branches.list.len();
     let outcome = if outcome.is_empty() { String::new() } else { format!(", {outcome}") };
@@ -302,6 +304,15 @@ pub(super) fn put_aside(world: &mut World, place: Place) {
     branch.aside = Some(Aside { data, place });
 }
 
+/// Makes the record of the cycle that is shown the current one. Until the next cycle, the world has that of another match.
+fn take_record(world: &mut World) {
+    let cycle = world.resource::<CycleClock>().cycle;
+    let record = world.resource_mut::<History>().record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
+    if let (Some(record), Some(mut current)) = (record, world.get_resource_mut::<CurrentRecord>()) {
+        current.record = record;
+    }
+}
+
 /// Puts a stored branch back into the world, paused.
 pub(super) fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
     let Some(Aside { data, place }) = world.resource_mut::<Branches>().list[index].aside.take() else {
@@ -311,6 +322,7 @@ pub(super) fn bring_back(world: &mut World, index: usize) -> Result<(), String> 
         Some(present) => {
             present.put_back(world).map_err(|error| error.to_string())?;
             data.put(world);
+            take_record(world);
         }
         None => timeline::show_trace(world, data).map_err(|fault| fault.to_string())?,
     }

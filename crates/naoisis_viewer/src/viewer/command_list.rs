@@ -7,7 +7,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::display_settings::{DisplaySettings, Switch, Workspace};
 use super::keys::first_bindings;
 use super::layout::LayoutSystems;
-use super::shared::{Action, SelectionCommand, ViewerCommand};
+use super::shared::{Action, FindEvent, SelectionCommand, TeachAction, ViewerCommand};
 use super::speed::Speed;
 use super::theme::{bright, card, dim, panel};
 use naoisis_core::robot::Roster;
@@ -19,6 +19,26 @@ const WIDTH: f32 = 480.0;
 const LEAST_WIDTH: f32 = 100.0;
 const BELOW_SCORE: f32 = 70.0;
 const HEIGHT: f32 = 380.0;
+/// The height of everything around the list, and its least height, logical pixels.
+const AROUND: f32 = 80.0;
+const LEAST_HEIGHT: f32 = 60.0;
+
+/// Other words for commands, by which they are found, too.
+const SYNONYMS: &[(Action, &str)] = &[
+    (Action::Toggle(Switch::Summary), "summary passes shots possession table"),
+    (Action::Toggle(Switch::Decided), "swings chances why lost goal reasons"),
+    (Action::Toggle(Switch::Events), "goals penalties fouls mistakes list"),
+    (Action::Toggle(Switch::Lanes), "mistakes goals decisions whole"),
+    (Action::Toggle(Switch::Overlays), "beliefs percepts fields of view trails"),
+    (Action::Toggle(Switch::Plots), "graph curve belief error chart"),
+    (Action::Toggle(Switch::Cameras), "images"),
+    (Action::Toggle(Switch::ManyTimes), "repeat what if simulate"),
+    (Action::Toggle(Switch::Game), "teams league realism options preferences"),
+    (Action::Find(FindEvent::Next), "goal mistake penalty"),
+    (Action::Find(FindEvent::Previous), "goal mistake penalty"),
+    (Action::Teach(TeachAction::RobotsWorld), "belief believes"),
+    (Action::Command(ViewerCommand::MatchBefore), "back undo"),
+];
 
 /// Shows the list of commands.
 pub struct CommandListPlugin;
@@ -61,7 +81,8 @@ fn entries(roster: &Roster) -> Vec<Entry> {
 fn found<'a>(entries: &'a [Entry], typed: &str) -> Vec<&'a Entry> {
     let typed = typed.trim().to_lowercase();
     let is_meant = |entry: &&Entry| {
-        let text = format!("{} {} {}", entry.group, entry.name, entry.key).to_lowercase();
+        let others = SYNONYMS.iter().find(|(action, _)| *action == entry.action).map_or("", |(_, words)| words);
+        let text = format!("{} {} {} {others}", entry.group, entry.name, entry.key).to_lowercase();
         typed.split_whitespace().all(|word| text.contains(word))
     };
     let mut found: Vec<&Entry> = entries.iter().filter(is_meant).collect();
@@ -109,7 +130,10 @@ fn show(
             if found.is_empty() {
                 ui.label(dim("No command has a name with these words."));
             }
-            egui::ScrollArea::vertical().max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+            // egui would keep the height of the shortest list so far.
+            let height = HEIGHT.min(ui.ctx().content_rect().height() - BELOW_SCORE - AROUND).max(LEAST_HEIGHT);
+            let list = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+            list.auto_shrink([false, true]).show(ui, |ui| {
                 for (index, entry) in found.iter().enumerate() {
                     let is_marked = index == typed.marked;
                     let row = show_entry(ui, entry, is_marked);
@@ -155,6 +179,8 @@ mod tests {
         assert_eq!(names("ctrl s")[0], "Save the match and its trace");
         assert_eq!(names("play match3v3")[0], "Play match3v3");
         assert_eq!(names("speed 4"), ["Speed 4×"]);
+        assert_eq!(names("summary"), ["Statistics of the match"]);
+        assert!(names("goal").contains(&"To the next listed event".to_owned()));
         assert!(names("no such thing").is_empty());
         assert_eq!(names("").len(), entries.len());
     }

@@ -82,6 +82,8 @@ pub enum Switch {
     ManyTimes,
     /// The search for what decided the match.
     Decided,
+    /// The statistics of the match.
+    Summary,
     /// The cost of a frame.
     Statistics,
     /// Light panels instead of dark ones.
@@ -147,6 +149,8 @@ pub struct DisplaySettings {
     pub many_times: bool,
     /// Whether the search for what decided the match is shown.
     pub decided: bool,
+    /// Whether the statistics of the match are shown. At the end of a match that is watched they are shown in any case.
+    pub summary: bool,
     /// Whether the cost of a frame is shown.
     pub statistics: bool,
     /// Whether panels are light instead of dark.
@@ -174,6 +178,7 @@ impl Default for DisplaySettings {
             plots: false,
             many_times: false,
             decided: false,
+            summary: false,
             statistics: false,
             light: false,
             projector: false,
@@ -184,7 +189,8 @@ impl Default for DisplaySettings {
 
 impl DisplaySettings {
     /// Panels at the right or above the match. Only one of them is open at a time.
-    const OPENED: [Switch; 7] = [
+    const OPENED: [Switch; 8] = [
+        Switch::Summary,
         Switch::Help,
         Switch::Commands,
         Switch::Game,
@@ -241,6 +247,7 @@ impl DisplaySettings {
             Switch::Plots => &mut self.plots,
             Switch::ManyTimes => &mut self.many_times,
             Switch::Decided => &mut self.decided,
+            Switch::Summary => &mut self.summary,
             Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,
             Switch::Projector => &mut self.projector,

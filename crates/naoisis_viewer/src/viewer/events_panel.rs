@@ -85,19 +85,14 @@ fn choose_event(
             looks.write(LookAt(place));
         }
         shown.0 = Some((entry.clone(), place));
-        moments.write(TimelineCommand::GoTo(cycle_of(entry, &clock)));
+        moments.write(TimelineCommand::GoTo(entry.shown_cycle(clock.period_s)));
         playback.paused = true;
     }
 }
 
-/// The cycle of an event.
-fn cycle_of(entry: &LogEntry, clock: &CycleClock) -> u64 {
-    (entry.time_s / clock.period_s).round() as u64
-}
-
 /// The position of an event without one: that of its robot, or of the ball.
 fn place_in_record(entry: &LogEntry, clock: &CycleClock, history: &mut History) -> Option<Vec2> {
-    let record = history.record(cycle_of(entry, clock)).ok()??;
+    let record = history.record(entry.shown_cycle(clock.period_s)).ok()??;
     let robot = record.robots.iter().find(|robot| Some(robot.id) == entry.robot).map(|robot| robot.pose.position);
     robot.or(record.ball.map(|ball| ball.position_m.truncate()))
 }
@@ -241,7 +236,7 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
             false => text.size(text_size::ENTRY),
         };
         let text = if chosen { text.underline() } else { text };
-        let label = egui::Label::new(text).truncate().sense(egui::Sense::click());
+        let label = egui::Label::new(text).truncate().show_tooltip_when_elided(false).sense(egui::Sense::click());
         let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &entry.text));
         response.on_hover_text(format!("{}\nClick: show the moment, the place and the reason", entry.text)).clicked()

@@ -14,6 +14,7 @@ use super::film::Filming;
 use super::many_times::ManyTimes;
 use super::match_panel::trace_reading::TraceReading;
 use super::shared::Playback;
+use super::watch::summary::FinalSummary;
 
 /// The time and the number of frames after the last input for which a paused match is drawn on: the camera and panels
 /// come to rest.
@@ -77,7 +78,7 @@ fn choose_frames(
     time: Res<Time<Real>>,
     hidden: Res<Hidden>,
     (playback, filming): (Res<Playback>, Res<Filming>),
-    (many, decided): (Res<ManyTimes>, Res<Decided>),
+    (many, decided, summary): (Res<ManyTimes>, Res<Decided>, Res<FinalSummary>),
     reading: Option<Res<TraceReading>>,
     mut quiet: Local<(f32, u32)>,
     mut settings: ResMut<WinitSettings>,
@@ -85,6 +86,7 @@ fn choose_frames(
     let is_busy = !playback.paused
         || many.run.as_ref().is_some_and(|run| run.is_running)
         || decided.is_running()
+        || summary.is_reading()
         || reading.is_some_and(|reading| reading.is_on());
     let is_quiet = events.read().count() == 0 && !is_busy;
     *quiet = if is_quiet { (quiet.0 + time.delta_secs(), quiet.1.saturating_add(1)) } else { (0.0, 0) };

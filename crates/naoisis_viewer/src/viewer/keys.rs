@@ -107,6 +107,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyA, "A", "What decided it", Action::Toggle(Switch::Decided)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
+    with_shift(binding(KeyCode::KeyS, "Shift S", "Statistics of the match", Action::Toggle(Switch::Summary))),
     binding(KeyCode::KeyS, "S", "Shadows, smooth edges", Action::Toggle(Switch::FineDrawing)),
     binding(KeyCode::KeyL, "L", "Light or dark", Action::Toggle(Switch::Light)),
     binding(KeyCode::KeyW, "W", "Whistle", Action::Hand(HandAction::Whistle)),

@@ -6,7 +6,7 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
 use super::display_settings::{DisplaySettings, Workspace};
-use super::layout::LayoutSystems;
+use super::layout::{FreeArea, LayoutSystems};
 use super::overlays::OverlayWords;
 use super::palette;
 use super::shared::{NameAreas, shows_truth};
@@ -36,8 +36,11 @@ const MOST_MOVES: usize = 6;
 struct LabelAreas(Vec<egui::Rect>);
 
 impl LabelAreas {
-    /// Moves a label upwards until it covers no other one, and notes it. In a crowd it may cover another.
-    fn place(&mut self, mut area: egui::Rect) -> egui::Rect {
+    /// Moves a label into `within` from the sides, then upwards until it covers no other one, and notes it. In a crowd it may cover
+    /// another.
+    fn place(&mut self, area: egui::Rect, within: egui::Rect) -> egui::Rect {
+        let most_x = (within.max.x - area.width()).max(within.min.x);
+        let mut area = area.translate(egui::vec2(area.min.x.clamp(within.min.x, most_x) - area.min.x, 0.0));
         for _ in 0..MOST_MOVES {
             // Labels that only touch do not cover each other.
             let inner = area.shrink(0.5);
@@ -75,13 +78,14 @@ fn write_overlay_words(
     mut contexts: EguiContexts,
     (words, display): (Res<OverlayWords>, Res<DisplaySettings>),
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
-    mut areas: ResMut<LabelAreas>,
+    (free, mut areas): (Res<FreeArea>, ResMut<LabelAreas>),
 ) -> Result {
     let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::SMALL };
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
     // The panels may be scaled relative to the window.
     let zoom = context.zoom_factor();
+    let free = in_panels(&free, context);
     let painter = context.layer_painter(LayerId::background());
     for words in &words.0 {
         let Ok(place) = camera.world_to_viewport(camera_transform, words.place) else { continue };
@@ -89,11 +93,23 @@ fn write_overlay_words(
         // Lines fade with the age of what they show; words must stay readable.
         let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour.with_alpha(1.0)));
         let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x / zoom, place.y / zoom - 3.0), text.size());
-        let patch = areas.place(area.expand2(WORDS_MARGIN));
-        painter.rect_filled(patch, 4.0, Color32::from_black_alpha(215));
+        let patch = area.expand2(WORDS_MARGIN);
+        if !free.intersects(patch) {
+            continue;
+        }
+        let patch = areas.place(patch, free);
+        painter.rect_filled(patch, 4.0, Color32::from_black_alpha(235));
         painter.galley(patch.min + WORDS_MARGIN, text, Color32::WHITE);
     }
     Ok(())
+}
+
+/// The free area in the last frame, logical pixels of the panels.
+fn in_panels(free: &FreeArea, context: &egui::Context) -> egui::Rect {
+    let (window, zoom) = (context.content_rect().size(), context.zoom_factor());
+    let free = free.within(zoom * Vec2::new(window.x, window.y));
+    let [least, most] = [free.min, free.max].map(|corner| Pos2::new(corner.x / zoom, corner.y / zoom));
+    egui::Rect::from_min_max(least, most)
 }
 
 fn forget_labels(mut names: ResMut<NameAreas>, mut areas: ResMut<LabelAreas>) {
@@ -106,7 +122,7 @@ fn draw_labels(
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
     (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
-    (mut names, mut areas): (ResMut<NameAreas>, ResMut<LabelAreas>),
+    (free, mut names, mut areas): (Res<FreeArea>, ResMut<NameAreas>, ResMut<LabelAreas>),
 ) -> Result {
     // In the teaching workspace labels are large, so that they can be read from the last row.
     let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::ENTRY };
@@ -114,6 +130,7 @@ fn draw_labels(
     let context = contexts.ctx_mut()?;
     // The panels may be scaled relative to the window.
     let zoom = context.zoom_factor();
+    let free = in_panels(&free, context);
     let painter = context.layer_painter(LayerId::background());
     let mut placed: Vec<_> = robots
         .iter()
@@ -130,12 +147,16 @@ fn draw_labels(
             Some(active) => format!("{id}: {:.0} s", active.left_s(&clock)),
             None => id.to_string(),
         };
-        let faded = if penalty.is_off_pitch() { 0.45 } else { 0.85 };
+        let faded = if penalty.is_off_pitch() { 0.7 } else { 0.85 };
         let colour = palette::in_panel(palette::team(id.team));
         let text = painter.layout_no_wrap(name, FontId::proportional(size), Color32::WHITE);
         let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);
         let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());
-        let patch = areas.place(area.expand2(NAME_MARGIN));
+        let patch = area.expand2(NAME_MARGIN);
+        if !free.intersects(patch) {
+            continue;
+        }
+        let patch = areas.place(patch, free);
         painter.rect_filled(patch, 7.0, colour.gamma_multiply(faded));
         let [least, most] = [patch.min, patch.max].map(|corner| zoom * Vec2::new(corner.x, corner.y));
         names.0.push((*id, Rect::from_corners(least, most)));
@@ -191,12 +212,15 @@ mod tests {
         let label = |x, y| egui::Rect::from_min_size(Pos2::new(x, y), egui::vec2(60.0, 14.0));
         let mut areas = LabelAreas::default();
         let asked = [label(0.0, 100.0), label(0.0, 100.0), label(30.0, 95.0), label(61.0, 100.0), label(200.0, 0.0)];
-        let placed = asked.map(|area| areas.place(area));
+        let window = egui::Rect::from_min_size(Pos2::ZERO, egui::vec2(300.0, 200.0));
+        let placed = asked.map(|area| areas.place(area, window));
         for (index, area) in placed.iter().enumerate() {
             assert!(placed[..index].iter().all(|other| !other.intersects(*area)), "label {index} covers another");
         }
         assert!(placed[0] == asked[0] && placed[4] == asked[4]);
         assert!((placed[1].max.y - 99.0).abs() < 1e-3, "as near as possible");
+        let at_edges = [label(-40.0, 150.0), label(290.0, 150.0)].map(|area| areas.place(area, window));
+        assert_eq!(at_edges.map(|area| area.min.x), [0.0, 240.0], "whole words at the edges of the window");
     }
 
     #[test]

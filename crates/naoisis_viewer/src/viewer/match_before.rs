@@ -137,9 +137,11 @@ fn is_worked_on(world: &World) -> bool {
 }
 
 fn leaving(world: &mut World) -> Result<Leaving, String> {
-    let scenario = world.get_resource::<Scenario>().map(|scenario| scenario.name.as_str()).unwrap_or_default();
-    let scenario = if scenario.is_empty() { "a match" } else { scenario };
-    let name = format!("{scenario} at {}", minutes(world.resource::<CycleClock>().end_time_s() as f32));
+    let named = world.get_resource::<Scenario>().map(|scenario| scenario.name.clone()).unwrap_or_default();
+    let file = world.get_resource::<PlayedFile>().map(PlayedFile::name).unwrap_or_default();
+    let scenario = [named, file, "a match".to_owned()].into_iter().find(|name| !name.is_empty());
+    let name =
+        format!("{} at {}", scenario.unwrap_or_default(), minutes(world.resource::<CycleClock>().end_time_s() as f32));
     Ok(Leaving { name, is_worked_on: is_worked_on(world), stage: Stage::of(world), place: Place::of(world)? })
 }
 
@@ -236,6 +238,7 @@ mod tests {
     use naoisis_record::record::recorder::{self, EndReason};
     use naoisis_record::record::trace::TraceRecorder;
     use naoisis_record::whatif::Moment;
+    use naoisis_sim::interface::gather::CurrentRecord;
     use naoisis_sim::scenario::TeamsSpec;
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
     use std::path::Path;
@@ -295,6 +298,9 @@ mod tests {
         send(&mut app, ViewerCommand::Load("match7v7"));
         send(&mut app, ViewerCommand::MatchBefore);
         assert_eq!((branches(&app), past(&app), app.ball()), ([2, 1], branch, ball));
+        // Panels read the record of this match, and not that of the other one.
+        let current = &app.world().resource::<CurrentRecord>().record;
+        assert_eq!((current.cycle, current.robots.len()), (branch, 6));
         send(&mut app, BranchCommand::Show(0));
         assert_eq!((branches(&app), past(&app)), ([2, 0], root));
         // The other match was kept meanwhile.

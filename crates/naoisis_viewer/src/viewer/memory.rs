@@ -141,7 +141,7 @@ fn recall(
     }
     if let (Some(last), Some(mut display)) = (display_last, display) {
         // Lists that cover the view are closed at the start.
-        *display = DisplaySettings { help: false, many_times: false, decided: false, ..*last };
+        *display = DisplaySettings { help: false, many_times: false, decided: false, summary: false, ..*last };
     }
     if let (Some(last), Some(mut overlays)) = (overlays_last, overlays) {
         overlays.clone_from(last);

@@ -7,6 +7,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use core::ops::Range;
 
 use super::display_settings::{DisplaySettings, Switch};
+use super::drive::PlayedFile;
 use super::keys::{self, HelpGroup};
 use super::layout::{self, LayoutSystems};
 use super::scenario_list;
@@ -116,17 +117,21 @@ fn in_the_middle(
 fn show_controls(
     mut contexts: EguiContexts,
     mut actions: MessageWriter<Action>,
-    playback: Res<Playback>,
+    mut playback: ResMut<Playback>,
     (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
-    (scenario, before): (Option<Res<Scenario>>, Res<MatchBefore>),
+    (scenario, before, file): (Option<Res<Scenario>>, Res<MatchBefore>, Option<Res<PlayedFile>>),
 ) -> Result {
+    let mut is_read = false;
     let is_over = is_over(&game, &clock, &playback) && !timeline.is_past();
     let mut send = |action| {
         actions.write(action);
     };
     layout::bar_below(contexts.ctx_mut()?, "controls", |ui| {
         if let Some(problem) = &playback.problem {
-            ui.label(RichText::new(problem).color(problem_colour(ui)));
+            ui.horizontal(|ui| {
+                is_read = ui.small_button("✖").on_hover_text("Close this message").clicked();
+                ui.add(egui::Label::new(RichText::new(problem).color(problem_colour(ui))).truncate());
+            });
         }
         if let Some((robot, waited_s)) = playback.awaited() {
             ui.label(format!(
@@ -171,15 +176,19 @@ fn show_controls(
                 }
             }
             ui.separator();
-            if button(ui, "?", "Keys (H)") {
-                send(Action::Toggle(Switch::Help));
+            if button(ui, "?", "Find a command (? or Ctrl K). All keys: H") {
+                send(Action::Toggle(Switch::Commands));
             }
             ui.separator();
             end_row_unless_room(ui, SCENARIO);
-            choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
+            let own = file.as_ref().map_or_else(String::new, |file| file.name());
+            choose_scenario(ui, (scenario.as_deref(), &own), |name| send(Action::Command(ViewerCommand::Load(name))));
             ui.add(egui::Label::new(dim(status(&playback, &clock, scenario.as_deref(), is_over))).extend());
         });
     });
+    if is_read {
+        playback.problem = None;
+    }
     Ok(())
 }
 
@@ -203,9 +212,11 @@ fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(S
     named(shown.response, "Speed", &text).on_hover_text("Simulated seconds per second");
 }
 
-fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, choose: impl FnMut(&'static str)) {
+/// Shows the list of scenarios. A scenario without a name has that of its `file`.
+fn choose_scenario(ui: &mut egui::Ui, (scenario, file): (Option<&Scenario>, &str), choose: impl FnMut(&'static str)) {
     let current = scenario.map(|scenario| scenario.name.as_str()).unwrap_or_default();
-    let list = egui::ComboBox::from_id_salt("scenario").width(SCENARIO).selected_text(bright(current));
+    let shown = if current.is_empty() { file } else { current };
+    let list = egui::ComboBox::from_id_salt("scenario").width(SCENARIO).truncate().selected_text(bright(shown));
     let response = scenario_list::show(ui, list, current, choose);
     named(response, "Another scenario", current).on_hover_text("Another scenario, from the start");
 }
@@ -261,15 +272,16 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
 /// Shows the groups in as many columns as fit, of about the same length.
 fn show_keys(ui: &mut egui::Ui) {
     /// The width of a column, logical pixels.
-    const COLUMN: f32 = 290.0;
+    const COLUMN: f32 = 330.0;
+    const BESIDE: f32 = 20.0;
 
     let groups = keys::help();
-    let columns = ((ui.available_width() / COLUMN) as usize).clamp(1, groups.len());
+    let columns = (((ui.available_width() + BESIDE) / (COLUMN + BESIDE)) as usize).clamp(1, groups.len());
     let heights: Vec<usize> = groups.iter().map(|group| group.lines.len() + AROUND_GROUP).collect();
     ui.horizontal_top(|ui| {
         for column in in_columns(&heights, columns) {
             ui.vertical(|ui| groups[column].iter().for_each(|group| show_key_group(ui, group)));
-            ui.add_space(20.0);
+            ui.add_space(BESIDE);
         }
     });
 }

@@ -12,7 +12,8 @@ use super::layout::LayoutSystems;
 use super::match_panel::MatchCommand;
 use super::memory::ViewerMemory;
 use super::shared::{Action, Playback};
-use super::theme::{bright, card, dim, panel, text_size};
+use super::theme::{bright, card, dim, panel, problem_colour, text_size};
+use naoisis_sim::scenario::Scenario;
 
 /// An example of starting a program as a team.
 const OWN_PROGRAM: &str = "naoisis play --blue \"exec:python3 my_team.py\"";
@@ -28,7 +29,8 @@ impl Plugin for StartPagePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<StartPage>()
             .init_resource::<DialogIsOpen>()
-            .add_systems(Update, (open_dropped, wait_for_choice))
+            .init_resource::<OpensFile>()
+            .add_systems(Update, (open_dropped, wait_for_choice, close_when_opened))
             .add_systems(EguiPrimaryContextPass, show.run_if(is_open).in_set(LayoutSystems::Floating));
     }
 }
@@ -36,6 +38,10 @@ impl Plugin for StartPagePlugin {
 /// Whether a dialog is open, which hides the page meanwhile.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct DialogIsOpen(pub bool);
+
+/// Whether a file was chosen. The page stays until its match begins, because the file may be wrong.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct OpensFile(bool);
 
 /// Whether the page is shown; the match behind it is paused.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -58,15 +64,31 @@ fn wait_for_choice(mut page: ResMut<StartPage>, mut playback: ResMut<Playback>, 
     }
 }
 
+/// Closes the page when the match of the chosen file has begun.
+fn close_when_opened(
+    scenario: Option<Res<Scenario>>,
+    mut opens: ResMut<OpensFile>,
+    mut page: ResMut<StartPage>,
+    mut playback: ResMut<Playback>,
+) {
+    if opens.0 && playback.problem.is_some() {
+        opens.0 = false;
+    } else if opens.0 && scenario.is_some_and(|scenario| scenario.is_changed()) {
+        (opens.0, page.0, playback.paused) = (false, false, false);
+    }
+}
+
 fn open_dropped(
     mut drops: MessageReader<FileDragAndDrop>,
-    mut page: ResMut<StartPage>,
+    page: Res<StartPage>,
+    mut opens: ResMut<OpensFile>,
+    mut playback: ResMut<Playback>,
     mut commands: MessageWriter<MatchCommand>,
 ) {
     for drop in drops.read() {
         if let FileDragAndDrop::DroppedFile { path_buf, .. } = drop {
             commands.write(MatchCommand::Open(path_buf.clone()));
-            page.0 = false;
+            (opens.0, playback.problem) = (page.0, None);
         }
     }
 }
@@ -75,14 +97,14 @@ fn show(
     mut contexts: EguiContexts,
     memory: Option<Res<ViewerMemory>>,
     mut typed: Local<String>,
-    mut page: ResMut<StartPage>,
+    (mut page, mut opens): (ResMut<StartPage>, ResMut<OpensFile>),
     mut playback: ResMut<Playback>,
     mut actions: MessageWriter<Action>,
     mut commands: MessageWriter<MatchCommand>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
     let width = WIDTH.min(context.content_rect().width() - 60.0).max(LEAST_WIDTH);
-    let mut is_chosen = false;
+    let (mut is_chosen, mut wanted) = (false, None);
     panel("start page", Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(egui::Margin::same(18)).show(ui, |ui| {
             ui.set_width(width);
@@ -109,17 +131,18 @@ fn show(
                 let is_typed = !typed.trim().is_empty();
                 let is_clicked = ui.add_enabled(is_typed, egui::Button::new("Open")).clicked();
                 if is_clicked || (is_entered && is_typed) {
-                    commands.write(MatchCommand::Open(typed.trim().into()));
-                    is_chosen = true;
+                    wanted = Some(Path::new(typed.trim()).to_owned());
                 }
                 if ui.button("Choose…").clicked() {
                     actions.write(Action::OpenFile);
                 }
             });
+            if let Some(problem) = &playback.problem {
+                ui.add(egui::Label::new(RichText::new(problem).color(problem_colour(ui))).wrap());
+            }
             for path in memory.iter().flat_map(|memory| &memory.remembered.recent) {
                 if ui.link(path).clicked() {
-                    commands.write(MatchCommand::Open(Path::new(path).to_owned()));
-                    is_chosen = true;
+                    wanted = Some(Path::new(path).to_owned());
                 }
             }
             ui.add_space(10.0);
@@ -133,6 +156,10 @@ fn show(
             ui.label(dim("plays it as blue; clients in Python, C++ and JavaScript are in the folder clients, and in Rust it is a system."));
         });
     });
+    if let Some(path) = wanted {
+        commands.write(MatchCommand::Open(path));
+        (opens.0, playback.problem) = (true, None);
+    }
     if is_chosen {
         page.0 = false;
         playback.paused = false;
@@ -166,12 +193,23 @@ mod tests {
     fn a_file_that_is_dropped_is_opened() {
         let mut app = App::new();
         app.add_message::<FileDragAndDrop>().add_message::<MatchCommand>().insert_resource(StartPage(true));
-        app.add_systems(Update, open_dropped);
+        app.init_resource::<OpensFile>().insert_resource(Playback { paused: true, ..default() });
+        app.add_systems(Update, (open_dropped, close_when_opened).chain());
         let window = Entity::PLACEHOLDER;
         app.world_mut().write_message(FileDragAndDrop::DroppedFile { window, path_buf: "match.jsonl".into() });
         app.update();
         let opened: Vec<_> = app.world_mut().resource_mut::<Messages<MatchCommand>>().drain().collect();
         assert_eq!(opened, [MatchCommand::Open("match.jsonl".into())]);
-        assert!(!app.world().resource::<StartPage>().0);
+        // The page stays if the file is wrong, and closes when a match begins.
+        app.world_mut().resource_mut::<Playback>().problem = Some("no such file".to_owned());
+        app.update();
+        app.insert_resource(Scenario::default());
+        app.update();
+        assert!(app.world().resource::<StartPage>().0);
+        app.world_mut().write_message(FileDragAndDrop::DroppedFile { window, path_buf: "match.jsonl".into() });
+        app.update();
+        app.insert_resource(Scenario::default());
+        app.update();
+        assert!(!app.world().resource::<StartPage>().0 && !app.world().resource::<Playback>().paused);
     }
 }

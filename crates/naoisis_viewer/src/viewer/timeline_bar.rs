@@ -85,7 +85,8 @@ fn show_bar(
             } else {
                 "F: starts a branch at this moment; the original match stays"
             };
-            if button.on_hover_text(hint).clicked() {
+            let why_not = "F: first go to a moment of the past; the present continues anyway";
+            if button.on_hover_text(hint).on_disabled_hover_text(why_not).clicked() {
                 ways.write(BranchCommand::PlayFromHere);
             }
             if ui
@@ -105,7 +106,8 @@ fn show_bar(
             if !timeline.is_replay() {
                 // The button is always there, so that the bar does not move under the mouse.
                 let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Present"));
-                if button.on_hover_text("Back to the match as it is now (End)").clicked() {
+                let button = button.on_hover_text("Back to the match as it is now (End)");
+                if button.on_disabled_hover_text("This is the present (End)").clicked() {
                     commands.write(TimelineCommand::Present);
                 }
             }

@@ -156,8 +156,7 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option
         let times = [swing.from_s, swing.until_s].map(|time_s| minutes(time_s as f32));
         ui.label(dim(format!("{} to {}", times[0], times[1])).monospace().size(text_size::SMALL));
         let words = headline(swing);
-        let colour = team_colour(ui, named_first(swing));
-        let text = RichText::new(&words).color(colour).strong().size(text_size::IMPORTANT);
+        let text = RichText::new(&words).color(team_colour(ui, swing.team)).strong().size(text_size::IMPORTANT);
         if link(ui, text, &words).on_hover_text("Click: show the moment at which it began").clicked() {
             clicked = Some(Clicked::Time(swing.from_s));
         }
@@ -201,14 +200,15 @@ fn named_first(swing: &Swing) -> Team {
     if !swing.is_goal && change(other) > change(swing.team) { other } else { swing.team }
 }
 
-/// The chance of the team that is named first, before and after.
+/// The chance of the team that is named first, before and after. The colour of the line is that of the team that gained.
 fn headline(swing: &Swing) -> String {
     let team = named_first(swing);
     let before = 100.0 * swing.before[team];
     if swing.is_goal {
         format!("{team}: {before:.0} %, then the goal")
     } else {
-        format!("{team}: {before:.0} to {:.0} %", 100.0 * swing.after[team])
+        let gained = if team == swing.team { String::new() } else { format!("good for {}, ", swing.team) };
+        format!("{gained}{team}: {before:.0} to {:.0} %", 100.0 * swing.after[team])
     }
 }
 
@@ -243,7 +243,7 @@ mod tests {
             (headline(&swing), other_words(&swing).split(';').next().unwrap().to_owned())
         };
         let lost = words(chance(15.0, 0, 5, 0), &[]);
-        assert_eq!(lost, ("pink: 60 to 5 %".to_owned(), "blue: 0 to 0 %".to_owned()));
+        assert_eq!(lost, ("good for blue, pink: 60 to 5 %".to_owned(), "blue: 0 to 0 %".to_owned()));
         let gained = words(chance(15.0, 90, 5, 0), &[]);
         assert_eq!(gained, ("blue: 0 to 90 %".to_owned(), "pink: 60 to 5 %".to_owned()));
         let scored = words(chance(15.0, 20, 30, 1), &[Restart { time_s: 14.0, goal: Some(Team::Blue) }]);

@@ -149,6 +149,14 @@ fn restart(world: &mut World, seed_step: u64) {
 #[derive(Resource, Clone, Debug, Default)]
 pub struct PlayedFile(pub Option<ScenarioFile>);
 
+impl PlayedFile {
+    /// Returns the name of the file without its folder; empty without a file.
+    pub fn name(&self) -> String {
+        let path = self.0.as_ref().map(|file| Path::new(&file.source.name));
+        path.and_then(Path::file_name).map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+}
+
 /// Starts the match of a file, in place of the current one.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ use crate::viewer::display_settings::Workspace;
 use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
 use crate::viewer::layout::{self, LayoutSystems};
-use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
+use crate::viewer::shared::{Action, HandAction, Notice, Playback, Selection, ToggleFilm};
 use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
@@ -68,15 +68,27 @@ fn show_buttons(
             }
             let mut clicked = None;
             let mut button = |ui: &mut egui::Ui, enabled: bool, text: &str, hint: &str, action: HandAction| {
-                if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
+                let button = ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint);
+                let why_not = match action {
+                    HandAction::PenaliseOrReturn => "Select a robot first (P)",
+                    HandAction::Undo => "Nothing to undo (Ctrl Z)",
+                    _ => "Nothing to redo (Ctrl Shift Z)",
+                };
+                if button.on_disabled_hover_text(why_not).clicked() {
                     clicked = Some(action);
                 }
             };
-            button(ui, true, "Whistle", "W", HandAction::Whistle);
+            button(ui, true, "Whistle", "W: the referee whistles", HandAction::Whistle);
             button(ui, true, "Drop ball", "B: puts the ball on the centre, in play", HandAction::DropBall);
             let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
             let what = if serves { "Return" } else { "Penalise" };
-            button(ui, selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
+            button(
+                ui,
+                selection.0.is_some(),
+                &format!("{what} {whom}"),
+                "P: takes it off the pitch, or puts it back",
+                HandAction::PenaliseOrReturn,
+            );
             let call = referee.show(ui, selection.0).map(HandAction::Intervene);
             let text = match (driving.robot, selection.0) {
                 (Some(id), _) => format!("Leave {id}"),
@@ -104,7 +116,7 @@ const BELOW_CHOICE: f32 = 56.0;
 fn show_notice(
     mut contexts: EguiContexts,
     time: Res<Time<Real>>,
-    display: Res<DisplaySettings>,
+    (display, driving): (Res<DisplaySettings>, Res<Driving>),
     mut notice: ResMut<Notice>,
 ) -> Result {
     if notice.left_s <= 0.0 {
@@ -112,8 +124,9 @@ fn show_notice(
     }
     notice.left_s -= time.delta_secs();
     let context = contexts.ctx_mut()?;
-    // In the teaching workspace the captions are below, so the notice is above.
-    let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
+    // In the teaching workspace the captions are below, and while a robot is driven its keys and the map, so the notice is above.
+    let is_above = display.workspace == Workspace::Teach || driving.robot.is_some();
+    let align = if is_above { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
     let free = layout::free_area(context);
     let widest = (free.width() - NOTICE_MARGIN).max(LEAST_WIDTH);
     let mut area = layout::floating(context, "notice", align);
@@ -145,7 +158,7 @@ fn show_driver(
     driving: Res<Driving>,
     roster: Res<Roster>,
     penalties: Query<&Penalty>,
-    clock: Res<CycleClock>,
+    (clock, playback): (Res<CycleClock>, Res<Playback>),
 ) -> Result {
     let Some(robot) = driving.robot else { return Ok(()) };
     let context = contexts.ctx_mut()?;
@@ -153,9 +166,12 @@ fn show_driver(
     let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
     // At the side, where it covers least of what is ahead of the robot.
     layout::floating(context, "driver", Align2::LEFT_BOTTOM).interactable(false).show(context, |ui| {
-        card(ui).show(ui, |ui| {
+        card(ui).fill(ui.visuals().panel_fill.to_opaque()).show(ui, |ui| {
             ui.set_max_width((width - 2.0 * MARGIN).clamp(LEAST_WIDTH, WIDEST_HELP));
             ui.label(bright(format!("You drive {robot}")));
+            if playback.paused {
+                ui.label(RichText::new("The match is paused: Space continues").color(problem_colour(ui)));
+            }
             if let Some(penalty) = penalty {
                 let left_s = penalty.left_s(&clock);
                 let text = format!("Penalised for {}: {left_s:.0} s", penalty.reason.words());

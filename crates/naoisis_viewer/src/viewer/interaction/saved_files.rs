@@ -166,6 +166,13 @@ fn write(
     recorder.finish(end, &last).map(drop).map_err(|error| error.to_string())
 }
 
+/// The words about the saved match beside a trace, if there is one.
+fn and_match(trace: &Path) -> String {
+    let saved = trace.with_extension("").with_extension(EXTENSION);
+    let is_there = trace_of(&saved) == trace && saved.exists();
+    if is_there { format!("; `naoisis play {}` continues the match", saved.display()) } else { String::new() }
+}
+
 /// Says when files have been written. When the window closes, they are completed first.
 pub(super) fn tell_of_files(
     mut exits: MessageReader<AppExit>,
@@ -179,12 +186,12 @@ pub(super) fn tell_of_files(
     }
     for (path, thread) in saved.files.extract_if(.., written) {
         let is_page = path.extension().is_some_and(|ending| ending == "html");
-        let path = path.display();
+        let (file, path) = (path.clone(), path.display());
         let text = match thread.join() {
             Ok(Ok(())) if is_page => format!("Saved {path}: a browser plays it"),
             // A copied command has its name, and stays to be read.
             Ok(Ok(())) if notice.left_s > 0.0 && notice.text.contains(&path.to_string()) => continue,
-            Ok(Ok(())) => format!("Saved {path}: `naoisis replay {path}` shows it"),
+            Ok(Ok(())) => format!("Saved {path}: `naoisis replay {path}` shows it{}", and_match(&file)),
             Ok(Err(message)) => format!("{path} was not saved: {message}"),
             Err(_) => format!("{path} was not saved"),
         };

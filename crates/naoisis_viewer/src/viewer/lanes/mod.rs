@@ -25,7 +25,7 @@ use super::timeline::Timeline;
 use naoisis_core::cycle::{Cycle, CycleClock};
 use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
-use naoisis_record::record::match_marks::MarkKind;
+use naoisis_record::record::match_marks::{Mark, MarkKind};
 use naoisis_record::record::mistakes::{Mistake, MistakeKind};
 use naoisis_sim::interface::gather::{CurrentRecord, RecordSystems};
 use naoisis_sim::scenario::Scenario;
@@ -189,7 +189,7 @@ fn find_event(
         if let (EventKind::Listed, Some(listed)) = (lanes.kind, &listed) {
             match neighbour(&listed.entries, *wanted, now, clock.period_s) {
                 Some(entry) => {
-                    moments.write(TimelineCommand::GoTo((entry.time_s / clock.period_s).round() as u64));
+                    moments.write(TimelineCommand::GoTo(entry.shown_cycle(clock.period_s)));
                     playback.paused = true;
                     notice.tell(&entry.text);
                     if entry.robot.is_some() {
@@ -239,7 +239,7 @@ fn side_of(wanted: FindEvent) -> &'static str {
 
 /// The next or previous entry of a list (oldest first) relative to a cycle.
 fn neighbour(entries: &[LogEntry], wanted: FindEvent, now: u64, period_s: f64) -> Option<&LogEntry> {
-    let cycle = |entry: &LogEntry| (entry.time_s / period_s).round() as u64;
+    let cycle = |entry: &LogEntry| entry.shown_cycle(period_s);
     match wanted {
         FindEvent::Next => entries.get(entries.partition_point(|entry| cycle(entry) <= now)),
         FindEvent::Previous => entries[..entries.partition_point(|entry| cycle(entry) < now)].last(),
@@ -249,7 +249,10 @@ fn neighbour(entries: &[LogEntry], wanted: FindEvent, now: u64, period_s: f64) -
 /// The cycles of the events of the chosen kind, in order, with their robots; only of `robot` if the kind is about
 /// robots and one is selected.
 fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s: f64) -> Vec<(u64, Option<RobotId>)> {
-    let marks = |kind| history.marks().iter().filter(move |mark| mark.kind == kind).map(|mark| (mark.cycle, None));
+    // In the cycle of a goal, ball and robots already stand at their places for the kick-off.
+    let shown = |mark: &Mark| mark.cycle.saturating_sub(u64::from(mark.kind == MarkKind::Goal));
+    let marks =
+        |kind| history.marks().iter().filter(move |mark| mark.kind == kind).map(move |mark| (shown(mark), None));
     let is_meant = |id: RobotId| robot.is_none_or(|robot| robot == id);
     let of_tracks = |cycles: fn(&LaneTrack) -> Vec<u64>| {
         let tracks = lanes.tracks.robots().filter(|(id, _)| is_meant(*id));
@@ -339,7 +342,11 @@ mod tests {
             history.push(&record).unwrap();
             lanes.tracks.note(&record);
         }
-        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(20, None)], "a goal is nobody's own");
+        assert_eq!(
+            cycles_of(&lanes, &history, Some(PINK), 0.1),
+            [(19, None)],
+            "a goal is nobody's own, and shown before the kick-off"
+        );
         lanes.kind = EventKind::Penalty;
         assert_eq!(cycles_of(&lanes, &history, None, 0.1), [(40, Some(BLUE)), (70, Some(PINK))]);
         assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(70, Some(PINK))]);

@@ -135,7 +135,7 @@ fn show_test(
         for (is_pink, side) in [(false, Team::Blue), (true, Team::Pink)] {
             ui.selectable_value(&mut expected.pink, is_pink, side.name());
         }
-        ui.label("scores in at least");
+        ui.label("scores, first or not, in at least");
         let percent = expected.percent.get_or_insert(at_least);
         let field = ui.add(DragValue::new(percent).range(0.0..=100.0).speed(0.2).max_decimals(1).suffix(" %"));
         field.on_hover_text(

@@ -23,6 +23,8 @@ use naoisis_sim::scenario::{Realism, Scenario, TeamsSpec};
 const NONE: &str = "none";
 /// The panel.
 const DOCK: Dock = Dock { name: "match", edge: Edge::Right, size: 430.0, least: 240.0, most_share: 0.5 };
+/// The width of the buttons beside the path of a file, logical pixels.
+const BESIDE_PATH: f32 = 150.0;
 /// The greatest height of lists, logical pixels.
 const LIST_HEIGHT: f32 = 460.0;
 
@@ -65,10 +67,14 @@ pub(super) fn show(
                 ui.end_row();
                 let label = ui.label("File").id;
                 ui.horizontal(|ui| {
+                    let width = (ui.available_width() - BESIDE_PATH).clamp(40.0, 180.0);
                     let text = egui::TextEdit::singleline(&mut typed.path);
-                    let text = ui.add(text.hint_text("scenario.json").desired_width(180.0)).labelled_by(label);
+                    let text = ui.add(text.hint_text("scenario.json").desired_width(width)).labelled_by(label);
                     let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                    if (ui.button("Open").clicked() || is_entered) && !typed.path.trim().is_empty() {
+                    let is_typed = !typed.path.trim().is_empty();
+                    let open = ui.add_enabled(is_typed, egui::Button::new("Open"));
+                    let open = open.on_disabled_hover_text("Type the path of a file first");
+                    if open.clicked() || (is_entered && is_typed) {
                         commands.write(MatchCommand::Open(typed.path.trim().into()));
                     }
                     if ui.button("Choose…").on_hover_text("Ctrl O").clicked() {

@@ -84,7 +84,7 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
         }
         // A ball that the robot sees now needs no text.
         if let Some(from) = believed.heard_from {
-            brush.words_above(at, ABOVE_BALL_M, format!("reported by {from}, {:.1} s ago", believed.age_s), colour);
+            brush.words_above(at, ABOVE_BALL_M, format!("from {from}, {:.1} s ago", believed.age_s), colour);
         } else if believed.age_s > SEEN_LATELY_S {
             brush.words_above(at, ABOVE_BALL_M, format!("seen {:.1} s ago", believed.age_s), colour);
         }

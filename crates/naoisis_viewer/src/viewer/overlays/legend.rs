@@ -18,6 +18,9 @@ use naoisis_core::team::Team;
 /// The greatest height of the legend, as a share of that of the free area.
 const MOST_HEIGHT: f32 = 0.5;
 
+/// The width of the free area below which letters are small, logical pixels.
+const NARROW: f32 = 700.0;
+
 /// Shows the legend.
 pub(super) struct LegendPlugin;
 
@@ -40,17 +43,19 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
     let free = layout::free_area(context).size();
     let last = context.memory(|memory| memory.area_rect("legend")).map_or(egui::Vec2::ZERO, |area| area.size());
     // Panels may leave too little of the match for it.
-    if lines.is_empty() || last.x > free.x || last.y > MOST_HEIGHT * free.y {
+    if lines.is_empty() || last.y > MOST_HEIGHT * free.y {
         return Ok(());
     }
+    let (width, size) = if free.x < NARROW { (free.x, text_size::SMALL) } else { (0.6 * free.x, text_size::IMPORTANT) };
     layout::floating(context, "legend", Align2::LEFT_TOP).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
+            ui.set_max_width(width - 40.0);
             for marks in lines {
-                ui.horizontal(|ui| {
+                ui.horizontal_wrapped(|ui| {
                     ui.spacing_mut().item_spacing.x = 5.0;
                     for (colour, words) in marks {
                         patch(ui, colour);
-                        ui.add(egui::Label::new(RichText::new(words).size(text_size::IMPORTANT)).extend());
+                        ui.add(egui::Label::new(RichText::new(words).size(size)).extend());
                         ui.add_space(6.0);
                     }
                 });
@@ -63,7 +68,9 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
 /// Shows a patch of a colour.
 pub(super) fn patch(ui: &mut egui::Ui, colour: Color) -> egui::Response {
     let (area, response) = ui.allocate_exact_size(egui::Vec2::splat(9.0), Sense::hover());
-    ui.painter().rect_filled(area, 2.0, palette::in_panel(colour));
+    // The edge shows white on a light panel.
+    let edge = (1.0, ui.visuals().weak_text_color());
+    ui.painter().rect(area, 2.0, palette::in_panel(colour), edge, egui::StrokeKind::Inside);
     response
 }
 

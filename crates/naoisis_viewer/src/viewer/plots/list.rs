@@ -32,7 +32,9 @@ pub(super) fn show(ui: &mut egui::Ui, list: &FieldList, plots: &Plots, commands:
         if found.is_empty() {
             ui.label(dim("No field has a name with these words."));
         }
-        egui::ScrollArea::vertical().max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        // egui would keep the height of the shortest list so far.
+        let list = egui::ScrollArea::vertical().max_height(HEIGHT).min_scrolled_height(HEIGHT);
+        list.auto_shrink([false, true]).show(ui, |ui| {
             let mut group = "";
             for field in found {
                 if field.group != group {

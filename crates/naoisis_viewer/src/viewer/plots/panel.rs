@@ -2,8 +2,10 @@
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
+use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
 use bevy_egui::egui::{
-    self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Shape, Stroke, WidgetInfo, WidgetType,
+    self, Align2, Color32, FontId, PopupCloseBehavior, Pos2, Rect as Area, RichText, Sense, Shape, Stroke, WidgetInfo,
+    WidgetType,
 };
 use std::path::Path;
 
@@ -180,10 +182,10 @@ impl Plot<'_> {
                     }
                 }
                 if !self.known.of_ball {
-                    let button = ui.menu_button(RichText::new("Robots").size(text_size::SMALL), |ui| {
-                        self.choose_robots(ui, commands);
-                    });
-                    named(button.response, "Robots of").on_hover_text("Robots with a curve");
+                    let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+                    let menu = MenuButton::new(RichText::new("Robots").size(text_size::SMALL)).config(stays);
+                    let (button, _) = menu.ui(ui, |ui| self.choose_robots(ui, commands));
+                    named(button, "Robots of").on_hover_text("Robots with a curve");
                 }
             });
         });

@@ -94,7 +94,10 @@ fn why(why: WhyMissed) -> String {
         }
         WhyMissed::Chance { probability } if probability <= 0.0 => "this vision never recognises it".to_owned(),
         WhyMissed::Chance { probability } if probability < 0.01 => {
-            "not recognised by chance (recognised in less than 1 % of such images)".to_owned()
+            "hardly ever recognised like this (in less than 1 % of such images)".to_owned()
+        }
+        WhyMissed::Chance { probability } if probability < 0.2 => {
+            format!("hardly ever recognised like this (in {:.0} % of such images)", 100.0 * probability)
         }
         WhyMissed::Chance { probability } => {
             format!("not recognised by chance (recognised in {:.0} % of such images)", 100.0 * probability)

@@ -2,7 +2,7 @@
 //! robot's world.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, FontId, TextEdit, WidgetInfo, WidgetType};
+use bevy_egui::egui::{self, Align2, FontId, Key, KeyboardShortcut, Modifiers, TextEdit, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::pen::{Pen, PenMark};
@@ -23,16 +23,23 @@ use naoisis_core::team::RobotId;
 /// The height of a caption's letters relative to the score's, and its width relative to the window's.
 const LETTERS: f32 = 0.7;
 const WIDTH: f32 = 0.7;
+/// The key for a new line in a caption; Enter alone ends editing.
+const NEW_LINE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::SHIFT, Key::Enter);
 
 /// Keeps and shows the [`Bookmarks`].
 pub struct BookmarksPlugin;
 
 impl Plugin for BookmarksPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (forget, keep_strokes, apply).chain().after(KeysSystems).before(CameraSystems))
+        app.add_systems(Update, (forget, keep_strokes, apply).chain().in_set(BookmarkSystems))
+            .configure_sets(Update, BookmarkSystems.after(KeysSystems).before(CameraSystems))
             .add_systems(EguiPrimaryContextPass, show_caption.run_if(is_teaching).in_set(LayoutSystems::Floating));
     }
 }
+
+/// The systems that add and show bookmarks.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct BookmarkSystems;
 
 /// A bookmark.
 #[derive(Clone, PartialEq, Debug)]
@@ -196,7 +203,12 @@ fn caption(log: &EventLog, time_s: f64) -> String {
 }
 
 /// Shows the caption of the current bookmark in large letters, as an editable text. An empty one leaves the pitch free.
-fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) -> Result {
+fn show_caption(
+    mut contexts: EguiContexts,
+    clock: Res<CycleClock>,
+    mut bookmarks: ResMut<Bookmarks>,
+    mut asked_to_remove: Local<Option<u64>>,
+) -> Result {
     let Some(index) = bookmarks.shown else { return Ok(()) };
     let count = bookmarks.list.len();
     let Some(bookmark) = bookmarks.list.get(index) else { return Ok(()) };
@@ -208,21 +220,35 @@ fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmark
     let at = minutes((bookmark.cycle as f64 * clock.period_s) as f32);
     let id = egui::Id::new("text of the caption");
     let is_edited = context.memory(|memory| memory.has_focus(id));
-    layout::floating(context, "caption", Align2::CENTER_BOTTOM).default_width(width).show(context, |ui| {
+    let is_written = is_edited || !caption.is_empty();
+    layout::floating(context, "caption", Align2::CENTER_BOTTOM).show(context, |ui| {
         card(ui).show(ui, |ui| {
-            if is_edited || !caption.is_empty() {
+            if is_written {
+                // Whatever the width was without a text.
+                ui.set_width(width);
                 let text = TextEdit::multiline(&mut caption).id(id).font(FontId::proportional(letters)).desired_rows(1);
-                let text = text.desired_width(width).frame(egui::Frame::NONE).hint_text("Caption of this moment");
-                ui.add(text).widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Caption"));
+                let text = text.return_key(NEW_LINE).frame(egui::Frame::NONE).hint_text("Caption of this moment");
+                let text = ui.add(text.desired_width(width));
+                text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Caption"));
+                if is_edited && ui.input(|input| input.key_pressed(Key::Enter) && !input.modifiers.shift) {
+                    text.surrender_focus();
+                }
             }
             ui.horizontal(|ui| {
                 ui.label(dim(format!("{} of {count}, at {at}", index + 1)));
                 if is_edited {
-                    ui.label(dim("Esc: end of editing"));
-                } else if caption.is_empty() && ui.small_button("Write a caption").clicked() {
+                    ui.label(dim("Enter: done, Shift Enter: new line"));
+                    return;
+                }
+                let edit = if is_written { "Edit" } else { "Write a caption" };
+                if ui.small_button(edit).clicked() {
                     ui.memory_mut(|memory| memory.request_focus(id));
                 }
-                is_removed = ui.small_button("Remove").clicked();
+                // It cannot be undone, so it takes two clicks.
+                let is_asked = *asked_to_remove == Some(bookmark.cycle);
+                if ui.small_button(if is_asked { "Remove it for good" } else { "Remove" }).clicked() {
+                    (is_removed, *asked_to_remove) = (is_asked, (!is_asked).then_some(bookmark.cycle));
+                }
             });
         });
     });

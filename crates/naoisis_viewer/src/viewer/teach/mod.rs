@@ -9,12 +9,33 @@ pub mod bookmarks;
 pub mod pen;
 mod robots_world;
 
+use super::display_settings::is_teaching;
 use super::overlays::OverlaySystems;
 use super::pitch_frame::PitchFrameSystems;
-use super::shared::{CameraSystems, KeysSystems, OpenedTrace, RobotsWorld, TeachAction};
+use super::shared::{
+    CameraSystems, KeysSystems, Notice, OpenedTrace, Playback, RobotsWorld, SelectionSystems, TeachAction,
+    ViewerCommand,
+};
 use believed_bodies::BelievedBodies;
 use bookmarks::Bookmarks;
 use pen::Pen;
+
+/// Tells what a key has done to the time: there is no bar that shows it.
+fn tell_time(mut commands: MessageReader<ViewerCommand>, playback: Res<Playback>, mut notice: ResMut<Notice>) {
+    for command in commands.read() {
+        let speed = match command {
+            ViewerCommand::TogglePause => {
+                notice.tell(if playback.paused { "Goes on" } else { "Paused" });
+                continue;
+            }
+            ViewerCommand::Faster => playback.speed.neighbour(1),
+            ViewerCommand::Slower => playback.speed.neighbour(-1),
+            ViewerCommand::SetSpeed(speed) => *speed,
+            _ => continue,
+        };
+        notice.tell(format!("Speed {speed}"));
+    }
+}
 
 /// The tools for presenting a match.
 pub struct TeachPlugin;
@@ -33,6 +54,11 @@ impl Plugin for TeachPlugin {
             .add_systems(
                 Update,
                 (pen::apply, robots_world::apply, pen::draw).chain().after(KeysSystems).before(CameraSystems),
+            )
+            .add_systems(Update, tell_time.run_if(is_teaching).after(KeysSystems))
+            .add_systems(
+                Update,
+                robots_world::leave.after(bookmarks::BookmarkSystems).after(SelectionSystems).after(CameraSystems),
             )
             .add_systems(
                 PostUpdate,

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use crate::viewer::camera::{CameraMode, ViewerCamera};
 use crate::viewer::overlays::{Brush, draw_world_of};
 use crate::viewer::palette;
 use crate::viewer::shared::{Notice, RobotsWorld, Selection, SelectionCommand, TeachAction};
@@ -34,6 +35,20 @@ pub(super) fn apply(
     }
 }
 
+/// Returns to the truth when no robot is selected, and in the view through a robot's camera, which has no beliefs in it.
+pub(super) fn leave(
+    selection: Res<Selection>,
+    camera: Single<&ViewerCamera>,
+    mut world: ResMut<RobotsWorld>,
+    mut notice: ResMut<Notice>,
+) {
+    let is_camera = matches!(camera.mode, CameraMode::RobotCamera(_));
+    if world.0 && (selection.0.is_none() || is_camera) {
+        world.0 = false;
+        notice.tell(if is_camera { "The truth, as cameras see it" } else { "No robot is selected: the truth" });
+    }
+}
+
 /// Hides or shows the true balls. Robots are hidden by the same system as the robot whose camera is used.
 pub(super) fn hide_ball(world: Res<RobotsWorld>, mut balls: Query<&mut Visibility, With<BallPhysics>>) {
     let wanted = if world.0 { Visibility::Hidden } else { Visibility::Inherited };
@@ -58,7 +73,7 @@ pub(super) fn draw(
             draw_world_of(*id, body, belief, own_end, &mut brush);
             let here = belief.pose_in_pitch(own_end).position;
             let (place, white) = (here + 0.25 * Vec2::Y, palette::ink(DrawColour::White));
-            brush.words_above(place, body.height_m, format!("{id} believes it is here"), white);
+            brush.words_above(place, body.height_m, format!("{id}, itself"), white);
         }
         None => brush.words(Vec2::ZERO, format!("{id} has no belief"), palette::ink(DrawColour::White)),
     }

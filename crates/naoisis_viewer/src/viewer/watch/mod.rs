@@ -29,7 +29,9 @@ impl Plugin for WatchPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins((goal_replay::GoalReplayPlugin, summary::SummaryPlugin)).add_systems(
             EguiPrimaryContextPass,
-            (show_score, show_replay).run_if(is_watching).in_set(LayoutSystems::Floating),
+            (show_score.run_if(not(summary::is_shown)), show_replay)
+                .run_if(is_watching)
+                .in_set(LayoutSystems::Floating),
         );
     }
 }

@@ -1,4 +1,4 @@
-//! The summary of a finished match, as by `naoisis run --summary`, computed from its records by a thread.
+//! The statistics of a match: of a finished one that is watched, or until now when asked for, as by `naoisis run --summary`, computed from its records by a thread.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, FontId, Grid, Sense};
@@ -11,11 +11,12 @@ use std::thread;
 
 use super::goal_replay::GoalReplay;
 use super::large_letters;
-use crate::viewer::display_settings::{Switch, is_watching};
+use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::new_file::{stem, write_new};
 use crate::viewer::palette;
+use crate::viewer::panels::TeamNames;
 use crate::viewer::shared::{Action, Notice, Playback, is_over};
 use crate::viewer::theme::{card, dim, minutes, team_colour};
 use crate::viewer::timeline::Timeline;
@@ -43,8 +44,8 @@ pub struct SummaryPlugin;
 impl Plugin for SummaryPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FinalSummary>()
-            .add_systems(Update, sum_up.run_if(is_watching))
-            .add_systems(EguiPrimaryContextPass, show_summary.run_if(is_watching).in_set(LayoutSystems::Floating));
+            .add_systems(Update, sum_up)
+            .add_systems(EguiPrimaryContextPass, show_summary.in_set(LayoutSystems::Floating));
     }
 }
 
@@ -58,20 +59,37 @@ pub struct FinalSummary {
     /// Whether the end of the match is shown and the summary was not closed.
     is_shown: bool,
     is_closed: bool,
+    /// Whether it was asked for in the last frame.
+    was_asked_for: bool,
 }
 
 impl FinalSummary {
     /// Returns whether it is on the screen.
     pub fn is_shown(&self) -> bool {
-        self.is_shown && !self.is_closed && self.summary.is_some()
+        self.is_wanted() && self.summary.is_some()
     }
+
+    /// Returns whether it is on the screen or being computed.
+    pub fn is_wanted(&self) -> bool {
+        self.is_shown && !self.is_closed
+    }
+
+    /// Returns whether it is being computed.
+    pub fn is_reading(&self) -> bool {
+        self.read.is_some()
+    }
+}
+
+/// Returns whether the statistics are on the screen.
+pub(super) fn is_shown(shown: Res<FinalSummary>) -> bool {
+    shown.is_shown()
 }
 
 fn sum_up(
     (game, rules, clock, playback, timeline): (Res<Game>, Res<Rules>, Res<CycleClock>, Res<Playback>, Res<Timeline>),
     history: Res<History>,
     keyframes: Res<Keyframes>,
-    scenario: Option<Res<Scenario>>,
+    (scenario, display): (Option<Res<Scenario>>, Res<DisplaySettings>),
     replay: Res<GoalReplay>,
     mut shown: ResMut<FinalSummary>,
 ) {
@@ -81,13 +99,17 @@ fn sum_up(
         Some(cursor) => timeline.is_replay() && cursor >= last as f64,
         None => is_over(&game, &clock, &playback),
     };
-    let is_shown = is_at_end && !replay.is_busy();
-    if shown.is_shown != is_shown {
+    let is_watched_end = display.workspace == Workspace::Watch && is_at_end && !replay.is_busy();
+    let is_shown = is_watched_end || display.summary;
+    if shown.is_shown != is_shown || (display.summary && !shown.was_asked_for) {
         shown.is_shown = is_shown;
-        shown.is_closed &= is_shown;
+        shown.is_closed &= is_shown && !display.summary;
     }
-    let is_known = shown.of.as_ref().is_some_and(|(of, until)| of.is_same(&keyframes) && *until == last);
-    if is_shown && !is_known {
+    shown.was_asked_for = display.summary;
+    // While the match is played, the statistics are those of the moment at which they were asked for.
+    let is_late = |until: u64| until != last && (playback.paused || is_at_end);
+    let is_known = shown.of.as_ref().is_some_and(|(of, until)| of.is_same(&keyframes) && !is_late(*until));
+    if is_shown && !is_known && shown.read.is_none() {
         shown.of = Some((keyframes.clone(), last));
         shown.summary = None;
         let started_from = timeline.trace_scenario().unwrap_or(&scenario).clone();
@@ -97,7 +119,7 @@ fn sum_up(
     let summary = read.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
     match summary {
         Ok(mut summary) => {
-            summary.how = game.result(&rules).how();
+            summary.how = game.result(&rules).how().filter(|_| is_at_end);
             (shown.summary, shown.read) = (Some(summary), None);
         }
         Err(TryRecvError::Disconnected) => shown.read = None,
@@ -123,20 +145,28 @@ fn show_summary(
     mut contexts: EguiContexts,
     mut shown: ResMut<FinalSummary>,
     mut notice: ResMut<Notice>,
+    (mut display, names): (ResMut<DisplaySettings>, TeamNames),
     mut actions: MessageWriter<Action>,
 ) -> Result {
-    if !shown.is_shown() {
+    if !shown.is_wanted() {
         return Ok(());
     }
-    let Some(summary) = &shown.summary else { return Ok(()) };
     let context = contexts.ctx_mut()?;
+    let Some(summary) = &shown.summary else {
+        layout::floating(context, "summary to come", Align2::CENTER_CENTER).show(context, |ui| {
+            card(ui).show(ui, |ui| ui.label("The statistics are being counted…"));
+        });
+        return Ok(());
+    };
+    let names = names.both(f32::INFINITY, 1.0);
     // With the goals of an ordinary match, it fits into a window of 720 logical pixels without scrolling.
     let letters = 0.33 * large_letters(context);
-    let most_height = (context.content_rect().height() - BESIDE_CONTENTS).max(BESIDE_CONTENTS);
+    let most_height = (layout::free_area(context).height() - BESIDE_CONTENTS).max(BESIDE_CONTENTS);
     let (mut is_closed, mut is_saved) = (false, false);
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
-        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
-            egui::ScrollArea::vertical().max_height(most_height).show(ui, |ui| show_contents(ui, summary, letters));
+        card(ui).fill(ui.visuals().panel_fill.to_opaque()).show(ui, |ui| {
+            let contents = egui::ScrollArea::vertical().max_height(most_height);
+            contents.show(ui, |ui| show_contents(ui, summary, &names, letters));
             ui.horizontal(|ui| {
                 is_closed = ui.button("Close").clicked();
                 let hint = "Saves the statistics as a picture in the current folder";
@@ -157,18 +187,17 @@ fn show_summary(
         });
     }
     if is_closed {
-        shown.is_closed = true;
+        (shown.is_closed, display.summary) = (true, false);
     }
     Ok(())
 }
 
-fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, letters: f32) {
+fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2], letters: f32) {
     let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
     Grid::new("summary").num_columns(3).spacing([2.0 * letters, 0.3 * letters]).show(ui, |ui| {
         ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))));
-        for team in Team::BOTH {
-            let name = summary.teams.as_ref().map_or_else(|| team.name().to_owned(), |names| names[team].clone());
-            ui.label(text(name).color(team_colour(ui, team)).strong());
+        for (team, name) in Team::BOTH.into_iter().zip(names) {
+            ui.label(text(name.clone()).color(team_colour(ui, team)).strong());
         }
         ui.end_row();
         for row in rows(summary) {
@@ -181,8 +210,9 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, letters: f32) {
     if let Some(how) = &summary.how {
         ui.label(text(how.clone()).strong());
     }
-    Grid::new("goals").num_columns(GOALS_BESIDE).spacing([2.0 * letters, 0.2 * letters]).show(ui, |ui| {
-        for goals in summary.goals.chunks(GOALS_BESIDE) {
+    Grid::new("goals").num_columns(GOALS_BESIDE + 1).spacing([2.0 * letters, 0.2 * letters]).show(ui, |ui| {
+        for (line, goals) in summary.goals.chunks(GOALS_BESIDE).enumerate() {
+            ui.label(dim(if line == 0 { "goals" } else { "" }));
             for (time_s, by) in goals {
                 ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))));
             }
@@ -194,8 +224,11 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, letters: f32) {
         let PerTeam { blue, pink } = &summary.places;
         let team = |team| palette::in_panel(palette::team(team));
         let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::DrawColour::Orange));
-        let maps =
-            [("the ball", &summary.ball, ball), ("blue", blue, team(Team::Blue)), ("pink", pink, team(Team::Pink))];
+        let maps = [
+            ("the ball", &summary.ball, ball),
+            (&names[0], blue, team(Team::Blue)),
+            (&names[1], pink, team(Team::Pink)),
+        ];
         for (words, map, colour) in maps {
             ui.vertical(|ui| {
                 draw_map(ui, map, colour, 9.0 * letters);
