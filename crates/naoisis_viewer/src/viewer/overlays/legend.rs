@@ -1,7 +1,7 @@
 //! The legend of the overlays that are drawn, for a projector.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, RichText, Sense};
+use bevy_egui::egui::{self, Align2, Sense};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::beliefs::robot_ink;
@@ -18,6 +18,8 @@ use naoisis_core::team::Team;
 /// The greatest height of the legend, as a share of that of the free area.
 const MOST_HEIGHT: f32 = 0.5;
 
+/// The size of a patch, logical pixels.
+const PATCH: f32 = 9.0;
 /// The width of the free area below which letters are small, logical pixels.
 const NARROW: f32 = 700.0;
 
@@ -54,8 +56,14 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
                 ui.horizontal_wrapped(|ui| {
                     ui.spacing_mut().item_spacing.x = 5.0;
                     for (colour, words) in marks {
+                        // A patch stays on one line with its words.
+                        let font = egui::FontId::proportional(size);
+                        let words = ui.painter().layout_no_wrap(words.to_owned(), font, ui.visuals().text_color());
+                        if ui.available_size_before_wrap().x < PATCH + 5.0 + words.size().x {
+                            ui.end_row();
+                        }
                         patch(ui, colour);
-                        ui.add(egui::Label::new(RichText::new(words).size(size)).extend());
+                        ui.label(words);
                         ui.add_space(6.0);
                     }
                 });
@@ -67,7 +75,7 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
 
 /// Shows a patch of a colour.
 pub(super) fn patch(ui: &mut egui::Ui, colour: Color) -> egui::Response {
-    let (area, response) = ui.allocate_exact_size(egui::Vec2::splat(9.0), Sense::hover());
+    let (area, response) = ui.allocate_exact_size(egui::Vec2::splat(PATCH), Sense::hover());
     // The edge shows white on a light panel.
     let edge = (1.0, ui.visuals().weak_text_color());
     ui.painter().rect(area, 2.0, palette::in_panel(colour), edge, egui::StrokeKind::Inside);
