@@ -134,7 +134,8 @@ fn note_past(
     timeline: Res<Timeline>,
     clock: Res<CycleClock>,
 ) {
-    if !timeline.is_past() {
+    // The present of a match that was put back, and that has not run since, is not known either.
+    if !timeline.is_past() && samples.sample(clock.cycle).is_some() {
         return;
     }
     let started = Instant::now();
@@ -235,6 +236,18 @@ mod tests {
         assert_eq!(robot.error, None, "it believes nothing");
         assert_eq!(samples.between(20, 30).count(), 11);
         assert_eq!(samples.between(25, 20).count(), 1);
+    }
+
+    #[test]
+    fn the_present_of_a_match_that_was_put_back_is_known_before_it_runs() {
+        let mut app = App::new();
+        app.init_resource::<Timeline>().init_resource::<CycleSamples>();
+        let mut history = History::default();
+        history.push(&CycleRecord { cycle: 7, robots: vec![RobotRecord::new(BLUE)], ..default() }).unwrap();
+        app.insert_resource(history).insert_resource(CycleClock { cycle: 7, ..default() });
+        app.add_systems(Update, note_past);
+        app.update();
+        assert!(app.world().resource::<CycleSamples>().robot(7, BLUE).is_some());
     }
 
     #[test]
