@@ -8,7 +8,7 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 use super::camera::LookAt;
 use super::display_settings::DisplaySettings;
 use super::event_filter::{self, EventFilter, ListedEvents};
-use super::event_log::{EventLog, LogEntry};
+use super::event_log::{EventLog, LogEntry, LogKind};
 use super::lanes::{EventKind, Lanes};
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::overlays::{Brush, OverlaySystems};
@@ -22,6 +22,8 @@ use naoisis_core::game::{Evidence, Measurement, Penalty, RobotEvidence};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
+use naoisis_sensing::belief::point_pitch_from_team;
+use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
 /// The height of a line of the list, and the least height of the list, logical pixels.
@@ -82,12 +84,29 @@ fn choose_event(
         }
         let place = entry.place.or_else(|| place_in_record(entry, &clock, &mut history));
         if let Some(place) = place {
-            looks.write(LookAt(place));
+            let record = history.record(entry.shown_cycle(clock.period_s)).ok().flatten();
+            looks.write(view_of(place, entry, record.as_ref()));
         }
         shown.0 = Some((entry.clone(), place));
         moments.write(TimelineCommand::GoTo(entry.shown_cycle(clock.period_s)));
         playback.paused = true;
     }
+}
+
+/// The part of the pitch to look at for an event at a position, m. A mistake needs the ball in view, and where the robot believed it.
+fn view_of(place: Vec2, entry: &LogEntry, record: Option<&CycleRecord>) -> LookAt {
+    let Some(record) = record.filter(|_| entry.kind == LogKind::Mistake) else {
+        return LookAt { place, reach_m: 0.0 };
+    };
+    let believed = entry.robot.and_then(|id| {
+        let ball = record.robot(id)?.belief.as_ref()?.ball.as_ref()?;
+        Some(point_pitch_from_team(ball.position_m, record.game.own_end(id.team)))
+    });
+    let ball = record.ball.map(|ball| ball.position_m.truncate());
+    let points = || [Some(place), ball, believed].into_iter().flatten();
+    let [least, most] = [points().reduce(Vec2::min), points().reduce(Vec2::max)].map(|corner| corner.unwrap_or(place));
+    let centre = (least + most) / 2.0;
+    LookAt { place: centre, reach_m: centre.distance(most) }
 }
 
 /// The position of an event without one: that of its robot, or of the ball.
@@ -288,7 +307,10 @@ fn measured_words(measured: &Measurement) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_core::pitch::End;
     use naoisis_core::team::Team;
+    use naoisis_sensing::belief::{BallBelief, Belief};
+    use naoisis_sim::interface::cycle_record::{BallRecord, RobotRecord};
 
     #[test]
     fn all_events_are_listed_and_the_list_follows_the_moment() {
@@ -316,6 +338,23 @@ mod tests {
             let shown = lines(now_s, 200.0);
             assert!(shown.len() < 15 && shown.contains(&now_s), "{now_s}: {shown:?}");
         }
+    }
+
+    #[test]
+    fn a_mistake_is_shown_with_the_ball_and_where_the_robot_believed_it() {
+        let robot = RobotId::new(Team::Blue, 2);
+        let belief = Belief { ball: Some(BallBelief { position_m: Vec2::new(3.0, 0.0), ..default() }), ..default() };
+        let mut record = CycleRecord {
+            robots: vec![RobotRecord { belief: Some(belief), ..RobotRecord::new(robot) }],
+            ball: Some(BallRecord { position_m: Vec3::new(-1.0, 2.0, 0.0), velocity_mps: Vec3::ZERO }),
+            ..default()
+        };
+        record.game.blue_end = End::NegativeX;
+        let entry = |kind| LogEntry { kind, robot: Some(robot), ..default() };
+        let mistake = view_of(Vec2::ZERO, &entry(LogKind::Mistake), Some(&record));
+        assert_eq!((mistake.place, mistake.reach_m), (Vec2::new(1.0, 1.0), 5.0_f32.sqrt()));
+        let kick = view_of(Vec2::X, &entry(LogKind::Kick), Some(&record));
+        assert_eq!((kick.place, kick.reach_m), (Vec2::X, 0.0));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::drive::{self, PlayedFile};
 use super::interaction::undo::Undo;
 use super::match_panel::WatchedScenarioFile;
 use super::match_panel::trace_reading::TraceReading;
+use super::pen_marks::Pen;
 use super::shared::{KeepLeft, KeepMatch, MatchBefore, Notice, OpenedTrace, ViewerCommand};
 use super::teach::bookmarks::Bookmarks;
 use super::theme::minutes;
@@ -98,6 +99,8 @@ struct Before {
     stage: Stage,
     branches: Branches,
     bookmarks: Bookmarks,
+    undo: Undo,
+    pen: Pen,
     played: PlayedFile,
     watched: WatchedScenarioFile,
     trace: OpenedTrace,
@@ -172,6 +175,8 @@ fn take(world: &mut World, leaving: Leaving) -> Before {
         stage,
         branches: core::mem::take(&mut *world.resource_mut::<Branches>()),
         bookmarks: of(world),
+        undo: of(world),
+        pen: of(world),
         played: of(world),
         watched: of(world),
         trace: of(world),
@@ -180,11 +185,13 @@ fn take(world: &mut World, leaving: Leaving) -> Before {
 
 /// Puts a match that was left into the world, paused.
 fn put_back(world: &mut World, before: Before) -> Result<(), String> {
-    let Before { branches, bookmarks, played, watched, trace, .. } = before;
+    let Before { branches, bookmarks, undo, pen, played, watched, trace, .. } = before;
     let shown = branches.shown();
     world.insert_resource(branches);
     branches::bring_back(world, shown)?;
     world.insert_resource(bookmarks);
+    world.insert_resource(undo);
+    world.insert_resource(pen);
     world.insert_resource(played);
     world.insert_resource(watched);
     world.insert_resource(trace);

@@ -1,6 +1,7 @@
 //! A dialog in which to choose the file of a scenario, a saved match or a trace.
 
 use bevy::prelude::*;
+use bevy_egui::egui::Align2;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use egui_file_dialog::{DialogState, FileDialog, FileDialogConfig, OpeningMode};
 
@@ -35,6 +36,7 @@ impl Default for OpenDialog {
         let config = FileDialogConfig { opening_mode: OpeningMode::LastPickedDir, ..default() };
         let dialog = FileDialog::with_config(config)
             .title("Open a scenario, a match or a trace")
+            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .add_file_filter_extensions(MATCHES, OPENED.to_vec())
             .default_file_filter(MATCHES);
         Self(dialog)

@@ -72,13 +72,17 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
 
 fn visuals(theme: Theme) -> Visuals {
     let mut visuals = theme.default_visuals();
-    let [card, text, strong, weak] = match theme {
-        Theme::Dark => [Color32::from_rgb(20, 24, 31), grey(225), grey(240), grey(165)],
-        Theme::Light => [Color32::from_rgb(246, 247, 249), grey(40), grey(10), grey(85)],
+    let [card, text, strong, weak, selection] = match theme {
+        Theme::Dark => [Color32::from_rgb(20, 24, 31), grey(225), grey(240), grey(165), Color32::from_rgb(0, 118, 168)],
+        Theme::Light => {
+            [Color32::from_rgb(246, 247, 249), grey(40), grey(10), grey(85), Color32::from_rgb(90, 165, 225)]
+        }
     };
     visuals.panel_fill = card;
     visuals.window_fill = card;
     visuals.weak_text_color = Some(weak);
+    // The file dialog writes with this colour, too.
+    visuals.selection.bg_fill = selection;
     visuals.widgets.noninteractive.fg_stroke = Stroke::new(1.0, text);
     visuals.widgets.inactive.fg_stroke = Stroke::new(1.0, text);
     visuals.widgets.active.fg_stroke = Stroke::new(1.0, strong);

@@ -75,7 +75,12 @@ pub struct CameraMouse;
 
 /// Asks the camera to look at a position on the pitch, m.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub struct LookAt(pub Vec2);
+pub struct LookAt {
+    /// The position, m, pitch frame.
+    pub place: Vec2,
+    /// The distance around it that must be in view, m.
+    pub reach_m: f32,
+}
 
 /// What the camera follows.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -163,6 +168,11 @@ fn whole(overview: Overview, pitch: &Pitch, second: SecondPitch, aspect: f32) ->
     Viewpoint::of_pitches(overview, pitch, second.0.unwrap_or_default(), aspect)
 }
 
+/// Returns a view that was chosen in an area with the aspect `then` for one with the aspect `now`: farther away in a narrower one.
+pub fn in_another_area(view: Viewpoint, then: f32, now: f32) -> Viewpoint {
+    view.farther(room_for_views(then) / room_for_views(now))
+}
+
 /// The factor of the distance for an area of this aspect: larger for narrow areas.
 fn room_for_views(aspect: f32) -> f32 {
     /// The aspect of typical views, about that of a pitch.
@@ -178,7 +188,7 @@ fn choose_view(
     mut selection: ResMut<Selection>,
     free: Res<FreeArea>,
     balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
-    robots: Query<&Transform, (With<RobotId>, Without<ViewerCamera>)>,
+    robots: Query<(&Transform, &Body), (With<RobotId>, Without<ViewerCamera>)>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
     let aspect = free.aspect(size_of(window));
@@ -187,7 +197,9 @@ fn choose_view(
         if matches!(preset, ViewPreset::FollowRobot | ViewPreset::RobotCamera(_)) && selection.0.is_none() {
             selection.0 = roster.iter().next().map(|(id, _)| id);
         }
-        let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok()).map(pose_of);
+        let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
+        let robot = robot.map(|(transform, body)| (pose_of(transform), body.height_m));
+        let tallest_m = robots.iter().map(|(_, body)| body.height_m).fold(0.0, f32::max);
         let wanted = camera.wanted;
         let (wanted, mode) = match preset {
             ViewPreset::Broadcast => whole(Overview::Broadcast),
@@ -195,10 +207,13 @@ fn choose_view(
             ViewPreset::FollowPlay => (wanted, CameraMode::Play),
             ViewPreset::FollowBall => {
                 let ball = balls.iter().next().map(|ball| ball.translation.truncate());
-                (Viewpoint::of_ball(ball.unwrap_or_default()), CameraMode::Ball)
+                (Viewpoint::of_ball(ball.unwrap_or_default()).for_height(tallest_m), CameraMode::Ball)
             }
             ViewPreset::FollowRobot => match robot {
-                Some(robot) => (Viewpoint::behind(robot), CameraMode::Robot { heading: robot.heading }),
+                Some((robot, height_m)) => {
+                    let view = Viewpoint::behind(robot).for_height(height_m);
+                    (view, CameraMode::Robot { heading: robot.heading })
+                }
                 None => continue,
             },
             ViewPreset::RobotCamera(side) => (wanted, CameraMode::RobotCamera(*side)),
@@ -213,8 +228,8 @@ fn choose_view(
 }
 
 fn look_at_places(mut places: MessageReader<LookAt>, mut camera: Single<&mut ViewerCamera>) {
-    if let Some(LookAt(place)) = places.read().last() {
-        camera.wanted = camera.wanted.at(*place);
+    if let Some(LookAt { place, reach_m }) = places.read().last() {
+        camera.wanted = camera.wanted.at(*place, *reach_m);
         camera.mode = CameraMode::Orbit;
     }
 }
@@ -266,11 +281,12 @@ fn follow(
     selection: Res<Selection>,
     roster: Res<Roster>,
     balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
-    robots: Query<(&Transform, &Penalty), (With<RobotId>, Without<ViewerCamera>)>,
+    robots: Query<(&Transform, &Penalty, &Body), (With<RobotId>, Without<ViewerCamera>)>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
     let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
-    let robot = robot.filter(|(_, penalty)| !penalty.is_off_pitch()).map(|(transform, _)| pose_of(transform));
+    let robot = robot.filter(|(_, penalty, _)| !penalty.is_off_pitch());
+    let robot = robot.map(|(transform, _, body)| (pose_of(transform), body.height_m));
     match camera.mode {
         CameraMode::Ball => {
             if let Some(ball) = balls.iter().next() {
@@ -285,8 +301,8 @@ fn follow(
             }
         }
         CameraMode::Robot { heading } => {
-            if let Some(robot) = robot {
-                camera.wanted.focus = Viewpoint::behind(robot).focus;
+            if let Some((robot, height_m)) = robot {
+                camera.wanted.focus = Viewpoint::behind(robot).for_height(height_m).focus;
                 camera.wanted.azimuth += wrap_angle(robot.heading - heading);
                 camera.mode = CameraMode::Robot { heading: robot.heading };
             }

@@ -131,9 +131,18 @@ impl Viewpoint {
         Self { focus, azimuth: robot.heading - FRAC_PI_2, elevation: 0.35, distance: 2.4 }
     }
 
-    /// A view of a position on the pitch from the same direction.
-    pub fn at(self, place: Vec2) -> Self {
-        Self { focus: place.extend(0.0), distance: self.distance.min(3.5), ..self }
+    /// The view for robots of this height, m: farther away and aimed higher for tall ones.
+    pub fn for_height(self, height_m: f32) -> Self {
+        /// The height of the robots for which views are made, m: a NAO.
+        const NAO_M: f32 = 0.58;
+        let factor = (height_m / NAO_M).max(1.0);
+        Self { focus: self.focus * Vec3::new(1.0, 1.0, factor), distance: factor * self.distance, ..self }
+    }
+
+    /// A view of a position on the pitch from the same direction, with this distance around it in view, m.
+    pub fn at(self, place: Vec2, reach_m: f32) -> Self {
+        let nearest = 1.2 * reach_m / ops::tan(FIELD_OF_VIEW / 2.0);
+        Self { focus: place.extend(0.0), distance: self.distance.clamp(nearest, nearest.max(3.5)), ..self }
     }
 
     /// Interpolates between two viewpoints.
@@ -213,6 +222,14 @@ impl Viewpoint {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tall_robots_are_seen_from_farther_away() {
+        let view = Viewpoint::behind(Pose::default());
+        assert_eq!((view.for_height(0.58), view.for_height(0.4)), (view, view));
+        let far = view.for_height(1.16);
+        assert_eq!((far.distance, far.focus.z), (2.0 * view.distance, 2.0 * view.focus.z));
+    }
 
     #[test]
     fn a_broadcast_has_the_yellow_goal_on_the_right() {

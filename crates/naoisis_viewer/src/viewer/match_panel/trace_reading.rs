@@ -133,17 +133,28 @@ pub(super) fn is_reading(reading: Res<TraceReading>) -> bool {
     reading.0.is_some()
 }
 
+/// The first word of the progress.
+const READING: &str = "Reading ";
+
+/// Whether a notice is about the progress. Others are not replaced by it.
+fn is_progress(notice: &Notice) -> bool {
+    notice.text.starts_with(READING)
+}
+
 /// Shows the trace once its first part has been read, and adds the other parts.
 pub(super) fn show_when_read(world: &mut World) {
     let Some(Reading { path, is_shown, progress, .. }) = &world.resource::<TraceReading>().0 else { return };
     let (path, is_shown) = (path.clone(), *is_shown);
-    let words = format!("Reading {}: {} s", path.display(), progress.until_s.load(Ordering::Relaxed));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let words = format!("{READING}{name}: {} s", progress.until_s.load(Ordering::Relaxed));
     if is_shown && !world.resource::<Timeline>().is_replay() {
         // Another branch is shown. The rest is added when the trace is shown again.
         return;
     }
     let Some(part) = world.resource_mut::<TraceReading>().take() else {
-        notify(world, &words);
+        if world.get_resource::<Notice>().is_some_and(|notice| notice.left_s <= 0.0 || is_progress(notice)) {
+            notify(world, &words);
+        }
         return;
     };
     let is_last = !part.as_ref().is_ok_and(|part| part.ending == Ending::NotYet);
@@ -159,7 +170,7 @@ pub(super) fn show_when_read(world: &mut World) {
     let is_wrong = shown.is_err();
     if is_last || is_wrong {
         world.resource_mut::<TraceReading>().give_up();
-        if let Some(mut notice) = world.get_resource_mut::<Notice>() {
+        if let Some(mut notice) = world.get_resource_mut::<Notice>().filter(|notice| is_progress(notice)) {
             notice.left_s = 0.0;
         }
     } else if let Some(reading) = &mut world.resource_mut::<TraceReading>().0 {

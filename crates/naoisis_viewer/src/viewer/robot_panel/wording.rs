@@ -193,7 +193,7 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
     let believed = belief.opponents.len();
     let opponents = match error {
         Some(error) if error.opponents_known as usize == believed => format!("{believed} of {}", error.opponents),
-        Some(error) => format!("{believed}; {} of {} are known", error.opponents_known, error.opponents),
+        Some(error) => format!("{believed} believed; {} of {} right", error.opponents_known, error.opponents),
         None => believed.to_string(),
     };
     entries.push(entry("Opponents", opponents));

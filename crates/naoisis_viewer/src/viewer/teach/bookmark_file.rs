@@ -72,6 +72,9 @@ struct KeptView {
     azimuth_deg: f32,
     elevation_deg: f32,
     distance_m: f32,
+    /// Width by height of the area in which the view was chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    aspect: Option<f32>,
 }
 
 impl From<&Bookmark> for KeptBookmark {
@@ -92,6 +95,7 @@ impl From<&Bookmark> for KeptBookmark {
                 azimuth_deg: to_degrees(view.azimuth),
                 elevation_deg: to_degrees(view.elevation),
                 distance_m: view.distance,
+                aspect: bookmark.aspect,
             },
         }
     }
@@ -117,6 +121,7 @@ impl From<KeptBookmark> for Bookmark {
             selected: kept.selected,
             robots_world: kept.robots_world,
             camera: ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit },
+            aspect: kept.view.aspect.filter(|aspect| aspect.is_finite() && *aspect > 0.0),
         }
     }
 }
@@ -212,6 +217,7 @@ mod tests {
             selected: Some(RobotId::new(Team::Blue, 2)),
             robots_world: true,
             camera: ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit },
+            aspect: Some(1.5),
         }
     }
 

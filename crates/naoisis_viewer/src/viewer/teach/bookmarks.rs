@@ -6,11 +6,11 @@ use bevy_egui::egui::{self, Align2, FontId, Key, KeyboardShortcut, Modifiers, Te
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::pen::{Pen, PenMark};
-use crate::viewer::camera::{CameraMode, ViewerCamera};
+use crate::viewer::camera::{CameraMode, ViewerCamera, in_another_area};
 use crate::viewer::display_settings::is_teaching;
 use crate::viewer::event_log::EventLog;
 use crate::viewer::keyframes::Keyframes;
-use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::layout::{self, FreeArea, LayoutSystems};
 use crate::viewer::shared::{
     CameraSystems, KeysSystems, Notice, Playback, RobotsWorld, Selection, TeachAction, TimelineCommand,
 };
@@ -54,8 +54,9 @@ pub struct Bookmark {
     pub(super) selected: Option<RobotId>,
     /// Whether only the world of the selected robot was shown.
     pub(super) robots_world: bool,
-    /// The camera.
+    /// The camera, and the aspect (width by height) of the area in which it was chosen, if that is known.
     pub(super) camera: ViewerCamera,
+    pub(super) aspect: Option<f32>,
 }
 
 /// The bookmarks in the order of the match.
@@ -141,13 +142,15 @@ fn apply(
     mut actions: MessageReader<TeachAction>,
     (clock, timeline, log): (Res<CycleClock>, Res<Timeline>, Res<EventLog>),
     mut bookmarks: ResMut<Bookmarks>,
-    mut camera: Single<&mut ViewerCamera>,
+    (mut camera, free, window): (Single<&mut ViewerCamera>, Res<FreeArea>, Query<&Window>),
     mut pen: ResMut<Pen>,
     (mut world, mut selection): (ResMut<RobotsWorld>, ResMut<Selection>),
     mut playback: ResMut<Playback>,
     mut notice: ResMut<Notice>,
     mut moments: MessageWriter<TimelineCommand>,
 ) {
+    let aspect =
+        free.aspect(window.iter().next().map_or(Vec2::ONE, |window| Vec2::new(window.width(), window.height())));
     for action in actions.read() {
         match action {
             TeachAction::Bookmark => {
@@ -161,6 +164,7 @@ fn apply(
                     selected: selection.0,
                     robots_world: world.0,
                     camera: **camera,
+                    aspect: Some(aspect),
                 });
                 notice.tell(format!("{}; J: next one, Shift J: previous one", bookmarks.shown_words()));
             }
@@ -181,7 +185,7 @@ fn apply(
                 pen.marks = bookmark.marks;
                 selection.0 = bookmark.selected;
                 world.0 = bookmark.robots_world;
-                camera.wanted = bookmark.camera.wanted;
+                camera.wanted = in_another_area(bookmark.camera.wanted, bookmark.aspect.unwrap_or(aspect), aspect);
                 camera.mode = match bookmark.camera.mode {
                     // The camera must stay where it is, so it follows nothing.
                     CameraMode::Ball | CameraMode::Play | CameraMode::Robot { .. } => CameraMode::Orbit,
@@ -271,7 +275,8 @@ mod tests {
     fn bookmark(cycle: u64, caption: &str) -> Bookmark {
         let view = Viewpoint::behind(Pose::default());
         let camera = ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit };
-        Bookmark { cycle, caption: caption.to_owned(), marks: Vec::new(), selected: None, robots_world: false, camera }
+        let (caption, marks, aspect) = (caption.to_owned(), Vec::new(), None);
+        Bookmark { cycle, caption, marks, selected: None, robots_world: false, camera, aspect }
     }
 
     #[test]
