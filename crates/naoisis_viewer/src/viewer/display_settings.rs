@@ -30,6 +30,15 @@ impl Workspace {
         }
     }
 
+    /// Returns what the window shows in this use, as a sentence.
+    pub fn description(self) -> &'static str {
+        match self {
+            Workspace::Watch => "A camera that follows play, replays of goals, statistics.",
+            Workspace::Debug => "Perceptions, beliefs and decisions of robots, and repetitions of moments.",
+            Workspace::Teach => "Only the pitch, with a pen and bookmarks with captions.",
+        }
+    }
+
     /// Returns the use that is `steps` further in [`Workspace::ALL`].
     pub fn neighbour(self, steps: i8) -> Workspace {
         let count = Self::ALL.len() as isize;

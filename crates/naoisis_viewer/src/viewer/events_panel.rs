@@ -103,7 +103,8 @@ fn view_of(place: Vec2, entry: &LogEntry, record: Option<&CycleRecord>) -> LookA
         Some(point_pitch_from_team(ball.position_m, record.game.own_end(id.team)))
     });
     let ball = record.ball.map(|ball| ball.position_m.truncate());
-    let points = || [Some(place), ball, believed].into_iter().flatten();
+    // Programs may believe anything.
+    let points = || [Some(place), ball, believed].into_iter().flatten().filter(|point| point.is_finite());
     let [least, most] = [points().reduce(Vec2::min), points().reduce(Vec2::max)].map(|corner| corner.unwrap_or(place));
     let centre = (least + most) / 2.0;
     LookAt { place: centre, reach_m: centre.distance(most) }
@@ -353,6 +354,10 @@ mod tests {
         let entry = |kind| LogEntry { kind, robot: Some(robot), ..default() };
         let mistake = view_of(Vec2::ZERO, &entry(LogKind::Mistake), Some(&record));
         assert_eq!((mistake.place, mistake.reach_m), (Vec2::new(1.0, 1.0), 5.0_f32.sqrt()));
+        let strange = BallBelief { position_m: Vec2::new(f32::NAN, 1e30), ..default() };
+        let mut nowhere = record.clone();
+        nowhere.robots[0].belief.as_mut().unwrap().ball = Some(strange);
+        assert_eq!(view_of(Vec2::ZERO, &entry(LogKind::Mistake), Some(&nowhere)).place, Vec2::new(-0.5, 1.0));
         let kick = view_of(Vec2::X, &entry(LogKind::Kick), Some(&record));
         assert_eq!((kick.place, kick.reach_m), (Vec2::X, 0.0));
     }

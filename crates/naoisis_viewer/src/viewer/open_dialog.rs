@@ -7,8 +7,8 @@ use egui_file_dialog::{DialogState, FileDialog, FileDialogConfig, OpeningMode};
 
 use super::layout::LayoutSystems;
 use super::match_panel::MatchCommand;
-use super::shared::Action;
-use super::start_page::{DialogIsOpen, StartPage};
+use super::shared::{Action, Playback};
+use super::start_page::{DialogIsOpen, OpensFile, StartPage};
 
 /// The endings of files that can be opened.
 const OPENED: [&str; 5] = ["json", "ron", "naoisis", "jsonl", "zst"];
@@ -54,14 +54,16 @@ fn open(mut dialog: ResMut<OpenDialog>) {
 fn show(
     mut contexts: EguiContexts,
     mut dialog: ResMut<OpenDialog>,
-    (mut page, mut is_open): (ResMut<StartPage>, ResMut<DialogIsOpen>),
+    (page, mut is_open, mut opens): (Res<StartPage>, ResMut<DialogIsOpen>, ResMut<OpensFile>),
+    mut playback: ResMut<Playback>,
     mut commands: MessageWriter<MatchCommand>,
 ) -> Result {
     dialog.0.update(contexts.ctx_mut()?);
     is_open.set_if_neq(DialogIsOpen(*dialog.0.state() == DialogState::Open));
     if let Some(path) = dialog.0.take_picked() {
         commands.write(MatchCommand::Open(path));
-        page.0 = false;
+        // The page stays until the match of the file begins.
+        (opens.0, playback.problem) = (page.0, None);
     }
     Ok(())
 }

@@ -41,7 +41,7 @@ pub(super) struct DialogIsOpen(pub bool);
 
 /// Whether a file was chosen. The page stays until its match begins, because the file may be wrong.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
-struct OpensFile(bool);
+pub(super) struct OpensFile(pub bool);
 
 /// Whether the page is shown; the match behind it is paused.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -110,14 +110,14 @@ fn show(
             ui.set_width(width);
             ui.label(bright("naoisis").size(text_size::SCORE));
             ui.add_space(8.0);
-            for (workspace, name, what) in CHOICES {
+            for (workspace, name) in CHOICES {
                 ui.horizontal(|ui| {
                     let button = egui::Button::new(bright(name).size(text_size::BUTTON)).min_size([170.0, 30.0].into());
                     if ui.add(button).clicked() {
                         actions.write(Action::Workspace(workspace));
                         is_chosen = true;
                     }
-                    ui.add(egui::Label::new(dim(what)).wrap());
+                    ui.add(egui::Label::new(dim(workspace.description())).wrap());
                 });
             }
             ui.add_space(10.0);
@@ -167,11 +167,11 @@ fn show(
     Ok(())
 }
 
-/// The uses of the window with descriptions.
-const CHOICES: [(Workspace, &str, &str); 3] = [
-    (Workspace::Watch, "Watch a match", "A camera that follows play, replays of goals, statistics."),
-    (Workspace::Debug, "Debug a match", "Perceptions, beliefs and decisions of robots, and repetitions of moments."),
-    (Workspace::Teach, "Teach with a match", "Only the pitch, with a pen and bookmarks with captions."),
+/// The uses of the window with their names on the page.
+const CHOICES: [(Workspace, &str); 3] = [
+    (Workspace::Watch, "Watch a match"),
+    (Workspace::Debug, "Debug a match"),
+    (Workspace::Teach, "Teach with a match"),
 ];
 
 #[cfg(test)]

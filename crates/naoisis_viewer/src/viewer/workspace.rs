@@ -66,12 +66,7 @@ fn enter(
 pub fn show_choice(ui: &mut egui::Ui, now: Workspace, actions: &mut MessageWriter<Action>) {
     for workspace in Workspace::ALL {
         let chosen = ui.selectable_label(workspace == now, workspace.name());
-        let what = match workspace {
-            Workspace::Watch => "The match as on television",
-            Workspace::Debug => "What robots perceive, believe and decide",
-            Workspace::Teach => "A pen, one robot's world, and bookmarks with captions",
-        };
-        let hint = format!("{what}. V, Shift V: the next use, the previous one");
+        let hint = format!("{} V, Shift V: the next use, the previous one", workspace.description());
         if chosen.on_hover_text(hint).clicked() {
             actions.write(Action::Workspace(workspace));
         }

@@ -101,6 +101,8 @@ pub struct MatchCounts {
     kicks: KickFollower,
     /// The last robot that touched the ball since it was put down.
     last_touch: Option<RobotId>,
+    /// The scorer of a goal in this cycle whose kick an opponent touched last.
+    deflected: Option<RobotId>,
     duel: Option<Duel>,
     /// The corner of the pitch at +x and +y, m.
     corner_m: Vec2,
@@ -160,6 +162,7 @@ impl MatchCounts {
             pose_errors_m: default(),
             kicks: KickFollower::new(scenario),
             last_touch: None,
+            deflected: None,
             duel: None,
             corner_m: Vec2::new(scenario.field.half_length(), scenario.field.half_width()),
             ball_m: None,
@@ -201,10 +204,8 @@ impl MatchCounts {
                 self.passes_and_shots.push(PlayedKick { robot, time_s, from_m, to_m, outcome });
             }
         }
-        for event in cycle.events {
-            if let MatchEvent::Goal { scorer: Some(scorer), own_goal: false, .. } = event {
-                self.count_deflected(*scorer, ball_before_m.map(first_way));
-            }
+        if let Some(scorer) = self.deflected.take() {
+            self.count_deflected(scorer, ball_before_m.map(first_way));
         }
         if cycle.state != GameState::Playing {
             self.dead_ball();
@@ -272,6 +273,7 @@ impl MatchCounts {
                 self.own_goals[team.opponent()] += u32::from(*own_goal);
                 if let Some(scorer) = scorer.filter(|_| !own_goal) {
                     self.robot(scorer).goals += 1;
+                    self.deflected = self.last_touch.filter(|by| by.team != *team).map(|_| scorer);
                 }
                 self.dead_ball();
             }
@@ -340,8 +342,7 @@ impl MatchCounts {
         outcome
     }
 
-    /// Counts the last kick as a shot that scored, if it was the scorer's and an opponent touched the ball next. `to_m` is the last
-    /// position of the ball.
+    /// Counts the scorer's kick, which an opponent touched next, as a shot that scored. `to_m` is the last position of the ball.
     fn count_deflected(&mut self, scorer: RobotId, to_m: Option<Vec2>) {
         let is_meant = |kick: &&mut PlayedKick| kick.robot == scorer && kick.outcome != KickOutcome::PassCompleted;
         let Some(kick) = self.passes_and_shots.last_mut().filter(is_meant) else { return };
@@ -349,7 +350,8 @@ impl MatchCounts {
         kick.to_m = to_m.unwrap_or(kick.to_m);
         if let KickOutcome::ShotOnTarget { stopped_by } = before {
             if let Some(keeper) = stopped_by.filter(|robot| robot.is_goalkeeper_of(&self.goalkeepers)) {
-                self.robot(keeper).saves -= 1;
+                let saves = &mut self.robot(keeper).saves;
+                *saves = saves.saturating_sub(1);
             }
             return;
         }

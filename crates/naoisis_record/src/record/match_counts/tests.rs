@@ -99,6 +99,16 @@ fn a_shot_that_is_touched_on_its_way_into_the_goal_is_the_kickers_and_no_save() 
         assert_eq!((scored.robots[&PINK1].saves, scored.own_goals.pink), (0, 0));
         assert_eq!(scored.passes_and_shots[0].outcome, KickOutcome::ShotOnTarget { stopped_by: None });
     }
+    // A save stays one if the kicker scores later by walking into the ball.
+    let own_touch = MatchEvent::Collision {
+        robot: Some(BLUE2),
+        with: CollisionPartner::Ball,
+        collision_type: naoisis_core::events::CollisionType::MovingRobotAndStaticBall,
+        position_m: Vec2::ZERO,
+        speed_mps: 0.2,
+    };
+    let dribbled = [vec![kick(BLUE2, 0.0)], vec![touch.clone()], vec![own_touch], vec![goal(BLUE2, false)]];
+    assert_eq!(counts(dribbled).robots[&PINK1].saves, 1);
     let own = counts([vec![kick(BLUE2, 0.0)], vec![touch], vec![goal(PINK1, true)]]);
     assert_eq!((own.own_goals.pink, own.team(Team::Blue).goals), (1, 0));
 }

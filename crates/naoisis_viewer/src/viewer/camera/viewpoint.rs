@@ -141,7 +141,7 @@ impl Viewpoint {
 
     /// A view of a position on the pitch from the same direction, with this distance around it in view, m.
     pub fn at(self, place: Vec2, reach_m: f32) -> Self {
-        let nearest = 1.2 * reach_m / ops::tan(FIELD_OF_VIEW / 2.0);
+        let nearest = (1.2 * reach_m / ops::tan(FIELD_OF_VIEW / 2.0)).min(DISTANCES[1]);
         Self { focus: place.extend(0.0), distance: self.distance.clamp(nearest, nearest.max(3.5)), ..self }
     }
 

@@ -1,4 +1,5 @@
-//! The statistics of a match: of a finished one that is watched, or until now when asked for, as by `naoisis run --summary`, computed from its records by a thread.
+//! The statistics of a match: of a finished one that is watched, or until now when asked for, as by `naoisis run --summary`, computed
+//! from its records by a thread.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, FontId, Grid, Sense};
@@ -101,9 +102,13 @@ fn sum_up(
     };
     let is_watched_end = display.workspace == Workspace::Watch && is_at_end && !replay.is_busy();
     let is_shown = is_watched_end || display.summary;
-    if shown.is_shown != is_shown || (display.summary && !shown.was_asked_for) {
+    let is_asked_for = display.summary && !shown.was_asked_for;
+    if shown.is_shown != is_shown || is_asked_for {
         shown.is_shown = is_shown;
         shown.is_closed &= is_shown && !display.summary;
+    }
+    if is_asked_for {
+        shown.of = None;
     }
     shown.was_asked_for = display.summary;
     // While the match is played, the statistics are those of the moment at which they were asked for.
@@ -299,6 +304,34 @@ mod tests {
     use naoisis_core::game::{Evidence, PenaltyReason};
     use naoisis_core::team::RobotId;
     use naoisis_sim::interface::cycle_record::CycleRecord;
+
+    #[test]
+    fn statistics_that_are_asked_for_again_are_those_until_then() {
+        let mut app = App::new();
+        app.init_resource::<Game>().init_resource::<Rules>().init_resource::<CycleClock>().init_resource::<Playback>();
+        app.init_resource::<Timeline>().init_resource::<Keyframes>().init_resource::<Scenario>();
+        app.init_resource::<GoalReplay>().init_resource::<FinalSummary>().init_resource::<DisplaySettings>();
+        app.init_resource::<History>().add_systems(Update, sum_up);
+        let mut cycle = 0;
+        for until in [10, 40] {
+            while cycle <= until {
+                let record = CycleRecord { cycle, time_s: cycle as f64 / 30.0, ..default() };
+                app.world_mut().resource_mut::<History>().push(&record).unwrap();
+                cycle += 1;
+            }
+            app.world_mut().resource_mut::<DisplaySettings>().summary = true;
+            // The thread may take any time: the test waits for it, but not for ever.
+            let counted = (0..200_000).find_map(|_| {
+                app.update();
+                std::thread::yield_now();
+                app.world().resource::<FinalSummary>().summary.as_ref().map(|summary| summary.duration_s)
+            });
+            assert!((counted.unwrap() - f64::from(until as u32) / 30.0).abs() < 1e-6, "{counted:?} until {until}");
+            app.world_mut().resource_mut::<DisplaySettings>().summary = false;
+            app.update();
+            assert!(!app.world().resource::<FinalSummary>().is_shown());
+        }
+    }
 
     #[test]
     fn a_match_is_summed_up_from_its_records() {
