@@ -323,7 +323,7 @@ mod tests {
             // The thread may take any time: the test waits for it, but not for ever.
             let counted = (0..200_000).find_map(|_| {
                 app.update();
-                std::thread::yield_now();
+                thread::yield_now();
                 app.world().resource::<FinalSummary>().summary.as_ref().map(|summary| summary.duration_s)
             });
             assert!((counted.unwrap() - f64::from(until as u32) / 30.0).abs() < 1e-6, "{counted:?} until {until}");
