@@ -1,7 +1,7 @@
 //! Reports errors of the commands.
 
-use core::fmt;
-use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
@@ -24,7 +24,7 @@ pub fn usage_error(message: &str) -> ExitCode {
     ExitCode::from(USAGE_ERROR)
 }
 
-/// Reports an error of a scenario file, with the lines around it on a terminal. Returns exit status 2.
+/// Reports an error of a scenario file, with its line on a terminal. Returns exit status 2.
 pub fn scenario_error(error: &ScenarioError) -> ExitCode {
     let style = if io::stderr().is_terminal() { Style::of_terminal() } else { Style::Paragraph };
     print_rendered(&rendered(error, style));
@@ -59,9 +59,9 @@ fn print_rendered(text: &str) {
 enum Style {
     /// One paragraph, for files and other programs.
     Paragraph,
-    /// With the lines around it.
+    /// With its line.
     Snippet,
-    /// With the lines around it, in colours.
+    /// With its line, in colours.
     ColouredSnippet,
 }
 
@@ -76,50 +76,20 @@ impl Style {
 }
 
 fn rendered(error: &ScenarioError, style: Style) -> String {
-    let mut theme = match style {
+    let renderer = match style {
         Style::Paragraph => return visible(&shortened(&format!("error: {error}"))).into_owned(),
-        Style::Snippet => GraphicalTheme::unicode_nocolor(),
-        Style::ColouredSnippet => GraphicalTheme::unicode(),
+        Style::Snippet => Renderer::plain(),
+        Style::ColouredSnippet => Renderer::styled(),
     };
-    "error:".clone_into(&mut theme.characters.error);
-    let source = error.place().map(|place| NamedSource::new(visible(error.file()), visible_in_place(place.text())));
-    let handler = GraphicalReportHandler::new_themed(theme).with_wrap_lines(false).with_links(false);
-    let mut text = String::new();
-    match handler.render_report(&mut text, &Report { error, source }) {
-        Ok(()) => text.trim().to_owned(),
-        Err(fmt::Error) => visible(&format!("error: {error}")).into_owned(),
-    }
-}
-
-/// An error of a scenario in the form for miette.
-#[derive(Debug)]
-struct Report<'a> {
-    error: &'a ScenarioError,
-    source: Option<NamedSource<String>>,
-}
-
-impl fmt::Display for Report<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&visible(&shortened(&self.error.headline())))
-    }
-}
-
-impl std::error::Error for Report<'_> {}
-
-impl Diagnostic for Report<'_> {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(visible(&format!("expected {}", self.error.expected())).into_owned()))
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.source.as_ref().map(|source| source as &dyn SourceCode)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let place = self.error.place()?;
-        let label = LabeledSpan::new(Some("here".to_owned()), place.span.start, place.span.len());
-        Some(Box::new(core::iter::once(label)))
-    }
+    let headline = visible(&shortened(&error.headline())).into_owned();
+    let expected = visible(&format!("expected {}", error.expected())).into_owned();
+    let snippet = error.place().map(|place| {
+        let here = AnnotationKind::Primary.span(place.span.clone()).label("here");
+        Snippet::source(visible_in_place(place.text())).annotation(here)
+    });
+    let report = Group::with_title(Level::ERROR.primary_title(headline)).elements(snippet);
+    let report = report.element(Level::HELP.message(expected));
+    renderer.decor_style(DecorStyle::Unicode).render(&[report])
 }
 
 #[cfg(test)]
@@ -144,7 +114,7 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "error: typo.ron:2:3: there is no field `sede`: did you mean `seed`?", "{text}");
         assert!(lines.iter().any(|line| line.contains("2 │   sede: 2,")), "{text}");
-        assert!(text.contains("╰── here") && text.contains("help: expected `name`"), "{text}");
+        assert!(text.contains("here") && text.contains("help: expected `name`"), "{text}");
         assert!(!text.contains('\u{1b}'));
         assert!(rendered(&error(), Style::ColouredSnippet).contains('\u{1b}'));
     }
