@@ -4,7 +4,7 @@ use naoisis::prelude::*;
 use naoisis::simulation::{change_settings, situation};
 
 use crate::support::{blue, headless_app, pink};
-use naoisis::game::{Intervention, Penalty, PenaltyReason, Score};
+use naoisis::game::{GameState, Intervention, Penalty, PenaltyReason, Score};
 
 /// The situation, by way of a file.
 fn saved(app: &mut bevy::prelude::App) -> Scenario {
@@ -38,6 +38,29 @@ fn a_match_begins_where_another_one_was() {
     // And it is a match: somebody does something.
     let before = again.robot_pose(blue(2));
     assert_ne!(again.run_cycles(90).robot_pose(blue(2)), before);
+}
+
+#[test]
+fn a_match_that_was_in_play_goes_on_where_it_was_under_rules_with_a_walk_to_the_kick_off() {
+    let mut app = headless_app();
+    app.start_match(&Scenario { seed: 4, ..Scenario::named("hsl2026_middle").unwrap() }).unwrap();
+    // A quiet moment of play, without a set play.
+    app.run_cycles(2000);
+    while app.game().state != GameState::Playing || app.game().set_play.is_some() {
+        app.run_cycles(1);
+    }
+    let mut again = headless_app();
+    again.start_match(&saved(&mut app)).unwrap();
+    app.run_cycles(15);
+    again.run_cycles(15);
+    assert_eq!(again.game().state, GameState::Playing);
+    // Half a second later, nobody is farther away than robots walk, and the ball rolls as it did.
+    for robot in [blue(1), blue(2), pink(1), pink(2)] {
+        let [one, other] = [&app, &again].map(|app| app.robot_pose(robot).unwrap().position);
+        assert!(one.distance(other) < 0.6, "{robot}: {one} and {other}");
+    }
+    let [one, other] = [&app, &again].map(|app| app.ball().unwrap().position);
+    assert!(one.distance(other) < 0.5, "{one} and {other}");
 }
 
 #[test]

@@ -7,14 +7,14 @@ use crate::scenario::{BallStart, Scenario, ScenarioFault};
 use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::ball::{BallVelocity, ExtraBall};
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, Intervention, Interventions, Penalty, Score, TimedIntervention};
+use naoisis_core::game::{Game, GameState, Intervention, Interventions, Penalty, Score, TimedIntervention};
 use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::head::HeadAngles;
 
 /// Returns a scenario that begins in the present situation of the match in `world`: places, heads, the rolling ball, penalties, the score,
 /// and interventions that have not happened yet. Unlike a [`Snapshot`](super::Snapshot) it is a new match, which can be edited by hand, and
-/// in which the robots know only their own poses. If the teams have changed sides, everything is turned by half a turn.
+/// in which the robots know only their own poses. Its clock begins anew; a match that was in play is in play from its first cycle on. If the teams have changed sides, everything is turned by half a turn.
 ///
 /// # Errors
 /// [`ScenarioFault`] if robots overlap, which is possible only while they are being placed.
@@ -46,11 +46,25 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
     scenario.interventions =
         interventions.into_iter().map(|intervention| TimedIntervention { at_s: 0.0, intervention }).collect();
     put_balls(world, &mut scenario, if is_turned { -1.0 } else { 1.0 });
+    let is_in_play = game.state == GameState::Playing && game.stop.is_none() && game.shoot_out.is_none();
+    if is_in_play && scenario.rules.clock {
+        scenario.interventions.extend(play_on(&scenario));
+    }
     for &asked in &world.resource::<Interventions>().queue {
         carry_out(&mut scenario, if is_turned { turned(asked) } else { asked });
     }
     scenario.validate()?;
     Ok(scenario)
+}
+
+/// The interventions by which a match with a clock begins in play: it would begin with a kick-off otherwise, for which the robots leave
+/// their places.
+fn play_on(scenario: &Scenario) -> Vec<TimedIntervention> {
+    let Some(ball) = &scenario.ball else { return Vec::new() };
+    let (position_m, velocity_mps) = (ball.position_m.truncate(), ball.velocity_mps.truncate());
+    let rolls = (velocity_mps != Vec2::ZERO).then_some(Intervention::PlaceBall { position_m, velocity_mps });
+    let all = [Intervention::DropBall { position_m }].into_iter().chain(rolls);
+    all.map(|intervention| TimedIntervention { at_s: 0.0, intervention }).collect()
 }
 
 /// Lets the balls start where they are now, turned by half a turn with the `sign` -1.
