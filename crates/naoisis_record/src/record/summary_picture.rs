@@ -52,7 +52,7 @@ pub fn picture(summary: &MatchSummary) -> Image {
     let robots = Table {
         headline: "Robots",
         rows: [vec![ROBOT_COLUMNS.map(str::to_owned).to_vec()], robot_rows(summary)].concat(),
-        columns: [0.0, 160.0, 240.0, 320.0, 410.0, 500.0, 570.0, 900.0].map(|column| EDGE + column).to_vec(),
+        columns: [0.0, 130.0, 200.0, 270.0, 420.0, 500.0, 560.0, 900.0].map(|column| EDGE + column).to_vec(),
     };
     let map_width = (WIDTH - 2.0 * EDGE - 40.0) / 3.0;
     let map_height = map_width * (summary.pitch.half_width() + 0.3) / (summary.pitch.half_length() + 0.3);

@@ -10,6 +10,8 @@ use super::png_file::{Layer, encode_png};
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use super::summary_page::page;
 use super::summary_picture::picture;
+use super::team_names::team_names;
+use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
@@ -33,8 +35,11 @@ impl SummaryRecorder {
 }
 
 impl Recorder for SummaryRecorder {
-    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
         let mut summary = MatchSummary::new(scenario);
+        // The robots of a match are listed: their teams are known by their behaviours.
+        let names = world.get_resource::<BehaviourRegistry>().map(|registry| team_names(scenario, registry));
+        summary.teams = names.or(summary.teams);
         summary.look(record);
         self.summary = Some(summary);
     }

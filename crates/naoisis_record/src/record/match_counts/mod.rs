@@ -53,8 +53,6 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// Number of cycles between two pose errors for the median: one value a second.
-const CYCLES_PER_POSE_ERROR: u64 = 30;
 /// Distance to the ball within which robots of both teams begin a duel, m.
 const DUEL_BEGINS_M: f32 = 0.5;
 /// Distance to the ball beyond which a team's nearest robot ends a duel, m.
@@ -232,9 +230,7 @@ impl MatchCounts {
                 continue;
             }
             self.robots.entry(robot.id).or_default().play(&robot, cycle, cycles, self.period_s);
-            if cycle.cycle.is_multiple_of(CYCLES_PER_POSE_ERROR)
-                && let Some(error_m) = robot_counts::pose_error_m(&robot, cycle)
-            {
+            if let Some(error_m) = robot_counts::pose_error_m(&robot, cycle) {
                 self.pose_errors_m[robot.id.team].push(error_m);
             }
             if let Some(ball) = cycle.ball_m.filter(|_| robot.is_upright) {
