@@ -94,7 +94,7 @@ pub enum Switch {
     /// The statistics of the match.
     Summary,
     /// The cost of a frame.
-    Statistics,
+    FrameCost,
     /// Light panels instead of dark ones.
     Light,
     /// Larger panels, thicker lines and a legend of the overlays, for a projector.
@@ -161,7 +161,7 @@ pub struct DisplaySettings {
     /// Whether the statistics of the match are shown. At the end of a match that is watched they are shown in any case.
     pub summary: bool,
     /// Whether the cost of a frame is shown.
-    pub statistics: bool,
+    pub frame_cost: bool,
     /// Whether panels are light instead of dark.
     pub light: bool,
     /// Whether the window is for a projector: panels are larger, lines are thicker, and overlays have a legend.
@@ -188,7 +188,7 @@ impl Default for DisplaySettings {
             many_times: false,
             decided: false,
             summary: false,
-            statistics: false,
+            frame_cost: false,
             light: false,
             projector: false,
             panel_scale: PanelScale::default(),
@@ -213,9 +213,7 @@ impl DisplaySettings {
     pub fn toggle(&mut self, switch: Switch) {
         let was_on = *self.of_mut(switch);
         if Self::OPENED.contains(&switch) {
-            for other in Self::OPENED {
-                *self.of_mut(other) = false;
-            }
+            self.close_opened();
         }
         *self.of_mut(switch) = !was_on;
     }
@@ -225,16 +223,22 @@ impl DisplaySettings {
         self.game || self.overlays || self.cameras || self.decided || self.many_times
     }
 
-    /// Returns the size of panels relative to the display.
-    pub fn panel_factor(&self) -> f32 {
-        /// How much larger panels are for a projector.
+    /// Returns the size of panels relative to the display, in a window of this height, logical pixels.
+    pub fn panel_factor(&self, height: f32) -> f32 {
+        /// How much larger panels are for a projector, and the height from which on they grow with the window.
         const PROJECTED: f32 = 1.35;
-        self.panel_scale.factor() * if self.projector { PROJECTED } else { 1.0 }
+        const HEIGHT: f32 = 1080.0;
+        self.panel_scale.factor() * if self.projector { PROJECTED * (height / HEIGHT).max(1.0) } else { 1.0 }
     }
 
     /// Changes the use of the window. Closes panels that were opened for the last one.
     pub fn enter(&mut self, workspace: Workspace) {
         self.workspace = workspace;
+        self.close_opened();
+    }
+
+    /// Closes the panels at the right and above the match.
+    pub fn close_opened(&mut self) {
         for opened in Self::OPENED {
             *self.of_mut(opened) = false;
         }
@@ -257,7 +261,7 @@ impl DisplaySettings {
             Switch::ManyTimes => &mut self.many_times,
             Switch::Decided => &mut self.decided,
             Switch::Summary => &mut self.summary,
-            Switch::Statistics => &mut self.statistics,
+            Switch::FrameCost => &mut self.frame_cost,
             Switch::Light => &mut self.light,
             Switch::Projector => &mut self.projector,
         }

@@ -11,6 +11,9 @@ use super::theme::{dim, team_colour, text_size};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
 
+/// The longest time from a mistake to a goal for the other team that the mistake may have cost, s.
+pub const COSTLY_S: f64 = 10.0;
+
 /// Keeps the [`ListedEvents`].
 pub struct EventFilterPlugin;
 
@@ -32,12 +35,14 @@ pub struct EventFilter {
     pub team: Option<Team>,
     /// Only events of this robot.
     pub robot: Option<RobotId>,
+    /// Of mistakes, only those shortly before a goal for the other team.
+    pub only_costly: bool,
 }
 
 impl Default for EventFilter {
     fn default() -> Self {
         // Mistakes are only found by reading the whole match, so they are hidden until the user wants them.
-        Self { hidden: [LogKind::Mistake].into(), team: None, robot: None }
+        Self { hidden: [LogKind::Mistake].into(), ..Self::everything() }
     }
 }
 
@@ -48,6 +53,7 @@ impl EventFilter {
         !self.hidden.contains(&entry.kind)
             && self.team.is_none_or(|wanted| team == Some(wanted))
             && self.robot.is_none_or(|wanted| entry.robot == Some(wanted))
+            && (entry.kind != LogKind::Mistake || entry.important || !self.only_costly)
     }
 
     /// Returns whether the filter shows mistakes.
@@ -85,7 +91,11 @@ impl ListedEvents {
                 listed.hidden += 1;
             }
         }
-        listed.entries.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
+        // What is done by hand comes before what the referee makes of it.
+        let is_effect = |entry: &LogEntry| entry.kind != LogKind::Hand;
+        listed
+            .entries
+            .sort_by(|one, other| one.time_s.total_cmp(&other.time_s).then(is_effect(one).cmp(&is_effect(other))));
         listed
     }
 }
@@ -137,6 +147,15 @@ pub(super) fn show(
             is_used = true;
             filter.hidden = if only_goals { EventFilter::default().hidden } else { only(LogKind::Goal) };
         }
+        if filter.has_mistakes() {
+            let costly = ui.selectable_label(filter.only_costly, RichText::new("Costly").size(text_size::SMALL));
+            let name = "Only costly mistakes";
+            let hint = format!("Of mistakes, only those in the {COSTLY_S:.0} s before a goal for the other team");
+            costly.widget_info(|| WidgetInfo::selected(WidgetType::Button, true, filter.only_costly, name));
+            if costly.on_hover_text(hint).clicked() {
+                filter.only_costly = !filter.only_costly;
+            }
+        }
         let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let before = filter.clone();
         let words = RichText::new("Filter").size(text_size::SMALL);
@@ -172,7 +191,7 @@ impl EventFilter {
     }
 
     fn everything() -> Self {
-        Self { hidden: BTreeSet::new(), team: None, robot: None }
+        Self { hidden: BTreeSet::new(), team: None, robot: None, only_costly: false }
     }
 
     /// The default: mistakes are hidden, because finding them takes time.
@@ -270,6 +289,13 @@ mod tests {
         for (kind, _) in LogKind::ALL {
             assert_eq!(EventFilter { hidden: only(kind), ..EventFilter::everything() }.kinds(), [kind]);
         }
+    }
+
+    #[test]
+    fn costly_mistakes_are_found_among_the_others() {
+        let mistake = |time_s, important| LogEntry { time_s, important, kind: LogKind::Mistake, ..default() };
+        let filter = EventFilter { only_costly: true, hidden: only(LogKind::Mistake), ..EventFilter::everything() };
+        assert_eq!(times(&filter, &[mistake(2.5, false), mistake(3.5, true)]).0, [3.5]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
 use naoisis_core::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
-use naoisis_core::game::{Evidence, PenaltyReason};
+use naoisis_core::game::{Evidence, Intervention, PenaltyReason};
 use naoisis_core::kick_geometry::KickType;
 use naoisis_core::referee::report::headline;
 use naoisis_core::team::{RobotId, Team};
@@ -17,7 +17,9 @@ pub struct EventLogPlugin;
 
 impl Plugin for EventLogPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<EventLog>().add_systems(Cycle, log_events.in_set(CycleSystems::Record));
+        app.init_resource::<EventLog>()
+            .add_message::<EventJump>()
+            .add_systems(Cycle, log_events.in_set(CycleSystems::Record));
     }
 }
 
@@ -76,6 +78,7 @@ impl LogKind {
             MatchEvent::Penalty { .. } | MatchEvent::PenaltyOver { .. } | MatchEvent::Caution { .. } => {
                 LogKind::Penalty
             }
+            MatchEvent::Intervention { intervention: Intervention::PickUp { .. } } => LogKind::Penalty,
             MatchEvent::Intervention { .. } | MatchEvent::InterventionRefused { .. } => LogKind::Hand,
             MatchEvent::InvariantBroken { .. }
             | MatchEvent::AgentLost { .. }
@@ -106,6 +109,10 @@ pub struct LogEntry {
     /// The kind.
     pub kind: LogKind,
 }
+
+/// A jump to an event that no click has chosen. It is shown like a chosen one; without an entry, the chosen one is deselected.
+#[derive(Message, Clone, PartialEq, Debug)]
+pub struct EventJump(pub Option<LogEntry>);
 
 /// A touch of the ball by a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -274,6 +281,9 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         MatchEvent::HalfBegins { half } => (None, true, format!("Half {half} begins")),
         MatchEvent::AgentLost { robot, .. } => {
             (Some(robot.team), true, headline(event)?.trim_end_matches('.').to_owned())
+        }
+        MatchEvent::Intervention { intervention: request @ Intervention::PickUp { robot } } => {
+            (Some(robot.team), false, request.to_string())
         }
         MatchEvent::FinalWhistle => (None, true, "Final whistle".to_owned()),
         MatchEvent::InvariantBroken { message } => (None, true, format!("Error in the simulation: {message}")),

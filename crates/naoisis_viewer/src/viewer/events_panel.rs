@@ -8,7 +8,7 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 use super::camera::LookAt;
 use super::display_settings::DisplaySettings;
 use super::event_filter::{self, EventFilter, ListedEvents};
-use super::event_log::{EventLog, LogEntry, LogKind};
+use super::event_log::{EventJump, EventLog, LogEntry, LogKind};
 use super::lanes::{EventKind, Lanes};
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::overlays::{Brush, OverlaySystems};
@@ -69,7 +69,7 @@ fn forget_event(log: Res<EventLog>, mut shown: ResMut<ShownEvent>) {
 }
 
 fn choose_event(
-    mut choices: MessageReader<EventChoice>,
+    (mut choices, mut jumps): (MessageReader<EventChoice>, MessageReader<EventJump>),
     clock: Res<CycleClock>,
     mut playback: ResMut<Playback>,
     mut history: ResMut<History>,
@@ -77,11 +77,13 @@ fn choose_event(
     mut looks: MessageWriter<LookAt>,
     mut moments: MessageWriter<TimelineCommand>,
 ) {
-    for EventChoice(entry) in choices.read() {
-        if shown.0.as_ref().is_some_and(|(other, _)| other == entry) {
+    let chosen = choices.read().map(|EventChoice(entry)| (Some(entry), true));
+    for (entry, is_chosen) in chosen.chain(jumps.read().map(|EventJump(entry)| (entry.as_ref(), false))) {
+        let is_shown = is_chosen && shown.0.as_ref().is_some_and(|(other, _)| Some(other) == entry);
+        let Some(entry) = entry.filter(|_| !is_shown) else {
             shown.0 = None;
             continue;
-        }
+        };
         let place = entry.place.or_else(|| place_in_record(entry, &clock, &mut history));
         if let Some(place) = place {
             let record = history.record(entry.shown_cycle(clock.period_s)).ok().flatten();
@@ -173,7 +175,12 @@ fn show_events(
         }
         filter.set_if_neq(wanted);
         if log.is_empty() {
-            let nothing = if listed.hidden > 0 { "No listed events yet." } else { "No events yet." };
+            let is_reading = filter.has_mistakes() && lanes.as_ref().is_some_and(|lanes| lanes.is_reading());
+            let nothing = match listed.hidden {
+                _ if is_reading => "The match is being read…",
+                0 => "No events yet.",
+                _ => "No listed events yet.",
+            };
             ui.label(dim(nothing));
         }
         for (id, penalty) in &penalties {
@@ -181,9 +188,9 @@ fn show_events(
             let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
             ui.label(RichText::new(text).color(team_colour(ui, id.team)));
         }
-        let list = show_list(ui, log, height, now_s, |ui, entry| {
+        let list = show_list(ui, log, height, (now_s, clock.period_s), |ui, entry| {
             let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
-            if show_entry(ui, entry, chosen, entry.time_s > now_s) {
+            if show_entry(ui, entry, chosen, is_to_come(entry, now_s, clock.period_s)) {
                 choices.write(EventChoice(entry.clone()));
             }
         });
@@ -206,13 +213,13 @@ fn show_list(
     ui: &mut egui::Ui,
     log: &[LogEntry],
     height: f32,
-    now_s: f64,
+    (now_s, period_s): (f64, f64),
     mut show: impl FnMut(&mut egui::Ui, &LogEntry),
 ) -> f32 {
     let id = ui.id().with("first and latest shown event");
     let (top, before): (f32, usize) = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     let line = LINE + ui.spacing().item_spacing.y;
-    let to_come = log.len() - log.partition_point(|entry| entry.time_s <= now_s);
+    let to_come = log.len() - log.partition_point(|entry| !is_to_come(entry, now_s, period_s));
     let mut list = egui::ScrollArea::vertical()
         .max_height(height)
         .min_scrolled_height(height)
@@ -234,6 +241,12 @@ fn show_list(
     });
     ui.data_mut(|data| data.insert_temp(id, (output.state.offset.y, to_come)));
     output.inner_rect.height()
+}
+
+/// Whether an entry is later than the moment at which it would be shown.
+fn is_to_come(entry: &LogEntry, now_s: f64, period_s: f64) -> bool {
+    let shown_s = if entry.kind == LogKind::Goal { entry.time_s - period_s } else { entry.time_s };
+    shown_s > now_s + period_s / 2.0
 }
 
 /// Returns the new top of a list of this height that shows a line at `at` in its middle; `None` if the line is visible already.
@@ -324,8 +337,8 @@ mod tests {
             for _ in 0..2 {
                 lines.clear();
                 let mut output = context.run_ui(egui::RawInput::default(), |ui| {
-                    show_list(ui, &log, height, now_s, |ui, entry| {
-                        show_entry(ui, entry, false, entry.time_s > now_s);
+                    show_list(ui, &log, height, (now_s, 0.1), |ui, entry| {
+                        show_entry(ui, entry, false, is_to_come(entry, now_s, 0.1));
                         lines.push(entry.time_s);
                     });
                 });

@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
 use super::layout::HiddenPanels;
-use super::picture::{FITTING_S, picture_of};
-use super::shared::{KeysSystems, Notice, ToggleFilm};
+use super::picture::{FITTING_S, PictureSystems, picture_of};
+use super::shared::{Notice, ToggleFilm};
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::encoder::RecordError;
 use naoisis_record::record::film::{FRAME_S, Film};
 
+/// Said when a recording ends, until it is written.
+const WRITING: &str = "Writing the recording…";
 /// The most files of one name.
 const MOST_OF_ONE_NAME: u32 = 1000;
 
@@ -23,7 +25,7 @@ impl Plugin for FilmPlugin {
         app.init_resource::<Filming>()
             .add_message::<ToggleFilm>()
             .init_resource::<HiddenPanels>()
-            .add_systems(Update, (toggle, hide_panels, take_pictures, tell_of_ends).chain().after(KeysSystems))
+            .add_systems(Update, (toggle, hide_panels, take_pictures, tell_of_ends).chain().after(PictureSystems))
             .add_systems(Last, finish_at_exit);
     }
 }
@@ -76,8 +78,10 @@ fn toggle(
             // Pictures arrive some frames after they are requested.
             if film.is_empty() {
                 filming.ends_soon = true;
+                notice.tell(WRITING);
             } else {
                 filming.end();
+                notice.tell(WRITING);
             }
             continue;
         }
@@ -122,7 +126,16 @@ fn hide_panels(filming: Res<Filming>, mut hidden: ResMut<HiddenPanels>) {
 }
 
 /// Requests a picture of the window when one is due.
-fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut commands: Commands) {
+fn take_pictures(
+    time: Res<Time<Real>>,
+    mut filming: ResMut<Filming>,
+    pictures: Query<(), Added<Screenshot>>,
+    mut commands: Commands,
+) {
+    // There is one picture of a frame at most: one that was asked for comes first.
+    if !pictures.is_empty() {
+        return;
+    }
     let now_s = time.elapsed_secs_f64();
     if filming.film.as_ref().is_none_or(|(_, start_s)| now_s < *start_s) {
         return;

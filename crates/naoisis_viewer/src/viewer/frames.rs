@@ -11,6 +11,7 @@ use std::thread;
 use super::camera::ViewerCamera;
 use super::decided::Decided;
 use super::film::Filming;
+use super::lanes::Lanes;
 use super::many_times::ManyTimes;
 use super::match_panel::trace_reading::TraceReading;
 use super::shared::Playback;
@@ -78,7 +79,7 @@ fn choose_frames(
     time: Res<Time<Real>>,
     hidden: Res<Hidden>,
     (playback, filming): (Res<Playback>, Res<Filming>),
-    (many, decided, summary): (Res<ManyTimes>, Res<Decided>, Res<FinalSummary>),
+    (many, decided, summary, lanes): (Res<ManyTimes>, Res<Decided>, Res<FinalSummary>, Res<Lanes>),
     reading: Option<Res<TraceReading>>,
     mut quiet: Local<(f32, u32)>,
     mut settings: ResMut<WinitSettings>,
@@ -87,6 +88,7 @@ fn choose_frames(
         || many.run.as_ref().is_some_and(|run| run.is_running)
         || decided.is_running()
         || summary.is_reading()
+        || lanes.is_reading()
         || reading.is_some_and(|reading| reading.is_on());
     let is_quiet = events.read().count() == 0 && !is_busy;
     *quiet = if is_quiet { (quiet.0 + time.delta_secs(), quiet.1.saturating_add(1)) } else { (0.0, 0) };

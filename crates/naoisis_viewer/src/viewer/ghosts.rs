@@ -187,6 +187,10 @@ fn read_records(
             let (what, end) = if ghosts.beside { ("Behind this match", ". Z: ends it") } else { ("Ghosts", "") };
             notice.tell(format!("{what}: both branches are the same until {common_s:.1} s{end}"));
         }
+        if last.is_some_and(|last| cycle > last) && read.of.is_none_or(|(other, at)| other != of || Some(at) <= last) {
+            let end = minutes((last.unwrap_or_default() as f64 * clock.period_s) as f32);
+            notice.tell(format!("Ghosts: the other match ends at {end}"));
+        }
         let mut record = |cycle| match of {
             GhostsOf::Branch(index) => branches.bypass_change_detection().record(index, cycle),
             GhostsOf::MatchBefore => kept.bypass_change_detection().record(cycle),

@@ -25,7 +25,9 @@ impl Plugin for KeysPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<DisplaySettings>().add_message::<Action>().add_systems(
             PreUpdate,
-            keep_tab_from_panels.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass),
+            (keep_tab_from_panels, keep_letters_from_panels)
+                .after(EguiPreUpdateSet::ProcessInput)
+                .before(EguiPreUpdateSet::BeginPass),
         );
         app.add_systems(
             Update,
@@ -147,7 +149,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F8, "F8", "Record a video", Action::Film(ToggleFilm::Video)),
     with_shift(binding(KeyCode::F8, "Shift F8", "Record PNG files", Action::Film(ToggleFilm::Frames))),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
-    binding(KeyCode::F10, "F10", "Cost of a frame", Action::Toggle(Switch::Statistics)),
+    binding(KeyCode::F10, "F10", "Cost of a frame", Action::Toggle(Switch::FrameCost)),
     with_control(binding(
         KeyCode::F8,
         "Ctrl F8",
@@ -242,6 +244,41 @@ fn keep_tab_from_panels(mut inputs: Query<&mut EguiInput>) {
     for mut input in &mut inputs {
         input.events.retain(|event| !matches!(event, Event::Key { key: Key::Tab, .. }));
     }
+}
+
+/// Removes the letters of keys that are commands from the input of the panels. Otherwise, a letter would get into the field that its
+/// command opens, also if the key is held down.
+fn keep_letters_from_panels(
+    mut inputs: MessageReader<KeyboardInput>,
+    mut commands: Local<Vec<KeyCode>>,
+    wants: Res<EguiWantsInput>,
+    mut panels: Query<&mut EguiInput>,
+) {
+    let letters: Vec<String> = inputs
+        .read()
+        .filter_map(|input| letter_of_command(input, wants.wants_any_keyboard_input(), &mut commands))
+        .collect();
+    for mut panel in &mut panels {
+        for letter in &letters {
+            let is_letter = |event: &Event| matches!(event, Event::Text(text) if text == letter);
+            if let Some(index) = panel.events.iter().position(is_letter) {
+                panel.events.remove(index);
+            }
+        }
+    }
+}
+
+/// The letter of an input if its key is a command: one that was pressed while no field had the keyboard. `held` are the commands
+/// whose keys are held down.
+fn letter_of_command(input: &KeyboardInput, is_for_field: bool, held: &mut Vec<KeyCode>) -> Option<String> {
+    if !input.state.is_pressed() {
+        held.retain(|key| *key != input.key_code);
+        return None;
+    }
+    if !input.repeat && !is_for_field {
+        held.push(input.key_code);
+    }
+    held.contains(&input.key_code).then(|| input.text.as_ref().map(ToString::to_string)).flatten()
 }
 
 fn read_keys(
@@ -353,6 +390,26 @@ fn toggle_full_screen(mut window: Mut<Window>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_letter_of_a_command_does_not_get_into_the_field_that_it_opens() {
+        let input = |state, repeat| KeyboardInput {
+            key_code: KeyCode::KeyK,
+            logical_key: bevy::input::keyboard::Key::Character("k".into()),
+            state,
+            text: Some("k".into()),
+            repeat,
+            window: Entity::PLACEHOLDER,
+        };
+        let mut held = Vec::new();
+        let mut letter =
+            |state, repeat, is_for_field| letter_of_command(&input(state, repeat), is_for_field, &mut held).is_some();
+        use bevy::input::ButtonState::{Pressed, Released};
+        assert!(letter(Pressed, false, false));
+        assert!(letter(Pressed, true, true), "the key is still held down when the field is there");
+        assert!(!letter(Released, false, true));
+        assert!(!letter(Pressed, false, true) && !letter(Pressed, true, true), "the next one is for the field");
+    }
 
     #[test]
     fn no_key_means_two_things() {

@@ -83,6 +83,9 @@ pub enum LayoutSystems {
     Floating,
 }
 
+/// The area of the large score in the use for watching.
+pub const LARGE_SCORE: &str = "large score";
+
 /// Whether all panels are hidden. The match then has the whole window.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct HiddenPanels {

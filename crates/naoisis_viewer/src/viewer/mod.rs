@@ -54,7 +54,7 @@
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties and events |
 //! | [`selection`] | the selected robot |
-//! | [`statistics`] | the cost of a frame |
+//! | [`frame_cost`] | the cost of a frame |
 //! | [`memory`] | state that persists between runs |
 //! | [`match_panel`] | scenario, teams, settings; watching of scenario files |
 //! | [`start_at`] | the time at which the match is shown first |
@@ -102,6 +102,7 @@ mod events_panel;
 mod field;
 pub mod film;
 pub mod first_frame;
+pub mod frame_cost;
 pub mod frames;
 mod ghost_models;
 pub mod ghosts;
@@ -138,7 +139,6 @@ mod sharing;
 pub mod speed;
 pub mod start_at;
 pub mod start_page;
-pub mod statistics;
 pub mod teach;
 pub mod theme;
 mod time_axis;
@@ -228,7 +228,7 @@ impl PluginGroup for ViewerPlugins {
             .add(many_times::ManyTimesPlugin)
             .add(decided::DecidedPlugin)
             .add(robot_panel::RobotPanelPlugin)
-            .add(statistics::StatisticsPlugin)
+            .add(frame_cost::FrameCostPlugin)
             .add(memory::MemoryPlugin)
             .add(widgets::WidgetsPlugin)
             .add(window_title::WindowTitlePlugin)

@@ -272,7 +272,7 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
 /// Shows the groups in as many columns as fit, of about the same length.
 fn show_keys(ui: &mut egui::Ui) {
     /// The width of a column, logical pixels.
-    const COLUMN: f32 = 330.0;
+    const COLUMN: f32 = 285.0;
     const BESIDE: f32 = 20.0;
 
     let groups = keys::help();

@@ -21,16 +21,20 @@ impl Plugin for PicturePlugin {
     fn build(&self, app: &mut App) {
         app.add_message::<TakePicture>()
             .init_resource::<HiddenPanels>()
-            .add_systems(Update, take_pictures.after(KeysSystems));
+            .add_systems(Update, take_pictures.after(KeysSystems).in_set(PictureSystems));
     }
 }
+
+/// The systems that take pictures.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PictureSystems;
 
 /// Takes a picture of the window at once, and one of the match when its panels have been hidden for long enough.
 fn take_pictures(
     mut requests: MessageReader<TakePicture>,
     (clock, time): (Res<CycleClock>, Res<Time<Real>>),
     mut hidden: ResMut<HiddenPanels>,
-    mut due_s: Local<Option<f64>>,
+    (mut due_s, mut is_due): (Local<Option<f64>>, Local<bool>),
     mut commands: Commands,
 ) {
     let now_s = time.elapsed_secs_f64();
@@ -48,11 +52,16 @@ fn take_pictures(
     };
     for request in requests.read() {
         match request {
-            TakePicture::OfWindow => take(),
+            TakePicture::OfWindow => *is_due = true,
             TakePicture::OfMatch => *due_s = Some(now_s + FITTING_S),
         }
     }
     hidden.for_picture = due_s.is_some();
+    // There is one picture of a frame at most, and one with panels after they are shown again.
+    if *is_due && due_s.is_none() {
+        take();
+        *is_due = false;
+    }
     if due_s.is_some_and(|due_s| now_s >= due_s) {
         // This frame is still drawn without panels.
         take();

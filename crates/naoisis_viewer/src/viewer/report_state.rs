@@ -54,6 +54,7 @@ use super::display_settings::{DisplaySettings, Workspace};
 use super::event_filter::ListedEvents;
 use super::events_panel::ShownEvent;
 use super::film::Filming;
+use super::frame_cost::FrameCost;
 use super::ghosts::{Ghosts, GhostsOf};
 use super::interaction::MouseDrag;
 use super::interaction::driving::Driving;
@@ -65,7 +66,6 @@ use super::pitch_frame::{pose_of, world_from_pitch};
 use super::plots::Plots;
 use super::rebuild::ShownState;
 use super::shared::{Notice, Playback, RobotsWorld, Selection, is_over};
-use super::statistics::FrameStatistics;
 use super::teach::believed_bodies::BelievedBodies;
 use super::teach::bookmarks::Bookmarks;
 use super::teach::pen::Pen;
@@ -154,7 +154,7 @@ struct Reported<'w, 's> {
     event: Res<'w, ShownEvent>,
     widgets: Res<'w, Widgets>,
     panels: Res<'w, EguiWantsInput>,
-    statistics: Res<'w, FrameStatistics>,
+    cost: Res<'w, FrameCost>,
     branches: Res<'w, Branches>,
     many_times: Res<'w, ManyTimes>,
     decided: Res<'w, Decided>,
@@ -219,7 +219,7 @@ impl Reported<'_, '_> {
             "problem": self.playback.problem,
             "awaited": self.playback.awaited().map(|(robot, _)| robot),
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
-            "costs": self.display.statistics.then(|| costs(&self.statistics)),
+            "costs": self.display.frame_cost.then(|| costs(&self.cost)),
             "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),
             "branches": [self.branches.list().len(), self.branches.shown()],
             "many_times": self.many_times.run.as_ref().map(|run| json!([run.rows.len(), run.is_running])),
@@ -261,13 +261,13 @@ impl Reported<'_, '_> {
     }
 }
 
-fn costs(statistics: &FrameStatistics) -> Value {
+fn costs(cost: &FrameCost) -> Value {
     json!({
-        "frames_per_s": statistics.frames_per_s,
-        "main_ms": 1000.0 * statistics.main_s,
-        "drawing_ms": 1000.0 * statistics.rendering_s,
-        "draw_calls": statistics.draw_calls,
-        "eye_images_per_s": statistics.eye_images_per_s,
+        "frames_per_s": cost.frames_per_s,
+        "main_ms": 1000.0 * cost.main_s,
+        "drawing_ms": 1000.0 * cost.rendering_s,
+        "draw_calls": cost.draw_calls,
+        "eye_images_per_s": cost.eye_images_per_s,
     })
 }
 

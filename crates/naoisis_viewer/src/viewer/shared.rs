@@ -144,6 +144,9 @@ pub enum SelectionCommand {
     Nobody,
 }
 
+/// The intention of a robot that is driven by hand.
+pub const DRIVEN: &str = "driven by hand";
+
 /// Interventions by keys and buttons.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub enum HandAction {
@@ -311,6 +314,7 @@ pub fn clock_words(game: &Game, clock: &CycleClock, playback: &Playback, has_roo
     let time = left.map_or_else(|| time.clone(), |_| format!("half {}   {time} left", game.half));
     match left {
         _ if is_over => format!("{time}   end of the scenario"),
+        Some(_) if game.stop.is_some() => format!("{time}   stopped"),
         Some(_) => format!("{time}   {}", state_name(game.state)),
         None => format!("{time}   no referee"),
     }

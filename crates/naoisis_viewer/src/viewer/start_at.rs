@@ -31,6 +31,9 @@ fn go(world: &mut World) {
         let is_there = is_read || !world.get_resource::<TraceReading>().is_some_and(TraceReading::is_on);
         if is_there {
             timeline::go_to(world, cycle as f64);
+        } else {
+            // Its start is no moment that was asked for.
+            world.resource_mut::<Playback>().paused = true;
         }
         is_there
     } else {

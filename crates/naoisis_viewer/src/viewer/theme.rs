@@ -44,9 +44,7 @@ impl Plugin for ThemePlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<DisplaySettings>))
-                .chain()
-                .in_set(ThemeSystems),
+            (set_looks.run_if(run_once), choose_theme).chain().in_set(ThemeSystems),
         )
         // Otherwise, letters would be missing in the first frame that uses them.
         .configure_sets(PostUpdate, EguiPostUpdateSet::PostProcessOutput.before(AssetEventSystems));
@@ -65,6 +63,8 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
         options.max_passes = const { NonZeroUsize::new(3).unwrap() };
     });
     // Sizes of panels that are chosen by the user need not be whole pixels.
+    // Bars that only show under the mouse leave it open whether there is more to see.
+    context.all_styles_mut(|style| style.spacing.scroll.dormant_handle_opacity = 0.5);
     #[cfg(debug_assertions)]
     context.all_styles_mut(|style| style.debug.show_unaligned = false);
     Ok(())
@@ -93,10 +93,13 @@ const fn grey(level: u8) -> Color32 {
     Color32::from_gray(level)
 }
 
-fn choose_theme(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Result {
+fn choose_theme(mut contexts: EguiContexts, windows: Query<&Window>, display: Res<DisplaySettings>) -> Result {
     let context = contexts.ctx_mut()?;
-    context.set_theme(if display.light { Theme::Light } else { Theme::Dark });
-    context.set_zoom_factor(display.panel_factor());
+    let theme = if display.light { Theme::Light } else { Theme::Dark };
+    if context.theme() != theme {
+        context.set_theme(theme);
+    }
+    context.set_zoom_factor(display.panel_factor(windows.iter().next().map_or(0.0, Window::height)));
     Ok(())
 }
 
@@ -128,7 +131,8 @@ pub fn team_colour(ui: &egui::Ui, team: Team) -> Color32 {
     team_colour_on(ui.visuals().dark_mode, team)
 }
 
-fn team_colour_on(dark: bool, team: Team) -> Color32 {
+/// Returns the colour of a team's text on a dark or light ground.
+pub(super) fn team_colour_on(dark: bool, team: Team) -> Color32 {
     // The colours of the waistbands are too dark or too light for text on panels.
     match (dark, team) {
         (true, Team::Blue) => Color32::from_rgb(112, 165, 255),

@@ -1,25 +1,30 @@
-//! The haze in which the floor of the hall ends. It begins behind the pitch, wherever the camera is.
+//! The haze in which the floor of the hall ends, and the background. The haze begins behind the pitch, wherever the camera is.
+//! Through the camera of a robot, both have the colour of the sky in its images.
 
+use bevy::camera::ClearColorConfig;
 use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
 
 use super::super::palette;
 use super::super::shared::SecondPitch;
-use super::ViewerCamera;
+use super::{CameraMode, ViewerCamera};
 use naoisis_core::pitch::Pitch;
 
 /// Where the haze begins and where it hides everything, as multiples of the distance of the farthest point of the carpet.
 const BEGINS: f32 = 1.2;
 const HIDES: f32 = 4.0;
 
-/// Moves the haze with the camera.
+/// Moves the haze with the camera, and sets the background.
 pub(super) fn thin_haze(
     (pitch, second): (Res<Pitch>, Res<SecondPitch>),
-    camera: Single<(Ref<Transform>, &mut DistanceFog), With<ViewerCamera>>,
+    camera: Single<(Ref<Transform>, &ViewerCamera, &mut DistanceFog, &mut Camera)>,
 ) {
-    let (place, mut fog) = camera.into_inner();
-    if place.is_changed() || pitch.is_changed() || second.is_changed() {
-        *fog = haze(place.translation, &pitch, second.0.unwrap_or_default());
+    let (place, viewer, mut fog, mut camera) = camera.into_inner();
+    let sees_as_robot = matches!(viewer.mode, CameraMode::RobotCamera(_));
+    let color = if sees_as_robot { palette::SKY } else { palette::HALL };
+    if place.is_changed() || pitch.is_changed() || second.is_changed() || fog.color != color {
+        *fog = DistanceFog { color, ..haze(place.translation, &pitch, second.0.unwrap_or_default()) };
+        camera.clear_color = ClearColorConfig::Custom(color);
     }
 }
 

@@ -7,6 +7,7 @@ use bevy_egui::egui::{self, DragValue, ProgressBar, RichText, WidgetInfo, Widget
 use super::chart::Chart;
 use super::reasons::reasons;
 use super::{Decided, DecidedCommand, Progress, awaited, refusal, restarts};
+use crate::viewer::camera::LookAt;
 use crate::viewer::display_settings::Switch;
 use crate::viewer::event_filter::FoundMistakes;
 use crate::viewer::event_log::{EventLog, LogEntry};
@@ -28,6 +29,9 @@ const DOCK: Dock = Dock { name: "decided", edge: Edge::Right, size: 400.0, least
 /// The number of swings that are listed.
 const LISTED: usize = 8;
 
+/// The distance around the ball that is shown of the moment of a swing, m.
+const AROUND_BALL_M: f32 = 2.5;
+
 /// What was clicked.
 enum Clicked {
     /// A time, s.
@@ -39,11 +43,15 @@ enum Clicked {
 pub(super) fn show(
     mut contexts: EguiContexts,
     mut decided: ResMut<Decided>,
-    (clock, history, timeline): (Res<CycleClock>, Res<History>, Res<Timeline>),
+    (clock, mut history, timeline): (Res<CycleClock>, ResMut<History>, Res<Timeline>),
     (keyframes, rebuilt, simulator): (Res<Keyframes>, Res<Rebuilt>, Option<Res<Simulator>>),
     (log, lanes, found): (Res<EventLog>, Res<Lanes>, Res<FoundMistakes>),
     mut commands: MessageWriter<DecidedCommand>,
-    (mut moments, mut choices): (MessageWriter<TimelineCommand>, MessageWriter<EventChoice>),
+    (mut moments, mut choices, mut looks): (
+        MessageWriter<TimelineCommand>,
+        MessageWriter<EventChoice>,
+        MessageWriter<LookAt>,
+    ),
     (mut playback, mut sizes, mut shown): (ResMut<Playback>, ResMut<PanelSizes>, ResMut<ShownEvent>),
     mut actions: MessageWriter<Action>,
 ) -> Result {
@@ -95,7 +103,12 @@ pub(super) fn show(
     });
     match clicked {
         Some(Clicked::Time(time_s)) => {
-            moments.write(TimelineCommand::GoTo((time_s / clock.period_s).round() as u64));
+            let cycle = (time_s / clock.period_s).round() as u64;
+            moments.write(TimelineCommand::GoTo(cycle));
+            let record = history.bypass_change_detection().record(cycle).ok().flatten();
+            if let Some(ball) = record.and_then(|record| record.ball) {
+                looks.write(LookAt { place: ball.position_m.truncate(), reach_m: AROUND_BALL_M });
+            }
             playback.paused = true;
             // The mark of an event that was clicked before does not belong to this moment.
             shown.0 = None;
@@ -173,7 +186,8 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option
             ui.add_space(10.0);
             ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
             let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
-            let text = RichText::new(&entry.text).color(colour).size(text_size::ENTRY);
+            let began = if entry.time_s < swing.from_s { ", from before" } else { "" };
+            let text = RichText::new(format!("{}{began}", entry.text)).color(colour).size(text_size::ENTRY);
             if link(ui, text, &entry.text).on_hover_text("Click: show the moment and the place").clicked() {
                 clicked = Some(Clicked::Event((*entry).clone()));
             }

@@ -5,12 +5,16 @@
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
+use bevy_egui::EguiContext;
+use bevy_egui::egui::Popup;
 use bevy_egui::input::EguiWantsInput;
 
 use crate::viewer::camera::ViewerCamera;
 use crate::viewer::keyframes::Keyframes;
-use crate::viewer::shared::{KeysSystems, Selection, ViewPreset};
+use crate::viewer::shared::{DRIVEN, KeysSystems, Notice, Selection, ViewPreset};
 use naoisis_core::behaviour::DecideSystems;
+use naoisis_core::behaviour::drawings::Drawings;
+use naoisis_core::behaviour::remarks::Remarks;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
 use naoisis_core::kick_geometry::KickType;
@@ -41,8 +45,9 @@ pub struct Driving {
     pub robot: Option<RobotId>,
     /// What the keys ask for.
     wish: Wish,
-    /// The camera before driving.
+    /// The camera before driving, and the robot that was selected.
     view: Option<ViewerCamera>,
+    selected: Option<RobotId>,
 }
 
 /// What the keys ask for.
@@ -58,15 +63,24 @@ struct Wish {
     kick: Option<DrivenKick>,
 }
 
-/// The keys and their meanings, for the help.
-pub const KEYS: &[(&str, &str)] = &[
+/// Returns the keys and their meanings, for the help, for a robot with so many kicks of its model.
+pub fn keys(own_kicks: usize) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let own = ["", "5", "5 6", "5 6 7"][own_kicks.min(3)];
+    let [before, after] = [&KEYS[..KEYS_OF_ROBOT], &KEYS[KEYS_OF_ROBOT..]];
+    let own = (!own.is_empty()).then_some((own, "Kicks of the model"));
+    before.iter().copied().chain(own).chain(after.iter().copied())
+}
+
+/// The number of keys that move a robot.
+const KEYS_OF_ROBOT: usize = 6;
+
+const KEYS: [(&str, &str); 9] = [
     ("W A S D", "Walk"),
     ("Q E", "Turn"),
     ("I J K L", "Turn the head"),
     ("U", "Look ahead"),
     ("1 2", "Kick straight, left or right foot"),
     ("3 4", "Kick to the side"),
-    ("5 6 7", "Kicks of the model"),
     ("F4 F5", "From behind, through its camera"),
     ("Tab", "Another robot"),
     ("Esc", "Leave"),
@@ -151,9 +165,12 @@ pub(super) fn toggle(world: &mut World) {
         return;
     }
     let chosen = world.resource::<Selection>().0;
-    let Some(robot) = chosen.or_else(|| world.resource::<Roster>().iter().next().map(|(id, _)| id)) else { return };
+    let Some(robot) = chosen.or_else(|| world.resource::<Roster>().iter().next().map(|(id, _)| id)) else {
+        world.resource_mut::<Notice>().tell("This scenario has no robots");
+        return;
+    };
     let view = world.query::<&ViewerCamera>().iter(world).next().copied();
-    *world.resource_mut::<Driving>() = Driving { robot: Some(robot), wish: Wish::default(), view };
+    *world.resource_mut::<Driving>() = Driving { robot: Some(robot), wish: Wish::default(), view, selected: chosen };
     world.resource_mut::<Selection>().0 = Some(robot);
     world.write_message(ViewPreset::RobotCamera(CameraName::TOP));
 }
@@ -163,12 +180,20 @@ fn stop(world: &mut World) {
     if let (Some(view), Some(mut camera)) = (before.view, world.query::<&mut ViewerCamera>().iter_mut(world).next()) {
         *camera = view;
     }
+    // A robot that was selected for driving only is deselected: the view before fits the window without its panel.
+    if before.selected.is_none() {
+        world.resource_mut::<Selection>().0 = None;
+    }
 }
 
 /// Stops driving when the match no longer has the robot, and follows the selection to another robot.
 fn change_robot(world: &mut World) {
     let Some(robot) = world.resource::<Driving>().robot else { return };
     let leaves = world.resource::<ButtonInput<KeyCode>>().just_pressed(KeyCode::Escape);
+    // The key closes a menu first.
+    let has_menu =
+        world.query::<&mut EguiContext>().iter_mut(world).any(|mut context| Popup::is_any_open(context.get_mut()));
+    let leaves = leaves && !has_menu;
     // A click that hits no robot does not end driving.
     let selected = *world.resource_mut::<Selection>().0.get_or_insert(robot);
     if leaves || world.resource::<Roster>().get(selected).is_none() {
@@ -244,18 +269,33 @@ struct Driven {
     walk: &'static mut WalkCommand,
     look: &'static mut HeadCommand,
     kick: &'static mut KickCommand,
+    drawings: Option<&'static mut Drawings>,
 }
 
-/// Replaces the commands of the behaviour.
+/// Replaces the commands of the behaviour, and its plans, which the robot does not follow.
 fn drive(
     clock: Res<CycleClock>,
     roster: Res<Roster>,
     keyframes: Res<Keyframes>,
     mut driving: ResMut<Driving>,
     mut robots: Query<Driven>,
+    mut remarks: Query<(Entity, &mut Remarks)>,
+    mut commands: Commands,
 ) {
-    let Some(entity) = driving.robot.and_then(|robot| roster.get(robot)) else { return };
+    let driven = driving.robot.and_then(|robot| roster.get(robot));
+    let are_left =
+        |(of, remarks): &(Entity, Mut<Remarks>)| Some(*of) != driven && remarks.intention.as_deref() == Some(DRIVEN);
+    remarks.iter_mut().filter(are_left).for_each(|(_, mut remarks)| remarks.intention = None);
+    let Some(entity) = driven else { return };
     let Ok(mut robot) = robots.get_mut(entity) else { return };
+    let intention = Some(DRIVEN.to_owned());
+    match remarks.get_mut(entity) {
+        Ok((_, mut remarks)) => remarks.intention = intention,
+        Err(_) => drop(commands.entity(entity).insert(Remarks { intention, ..default() })),
+    }
+    if let Some(mut drawings) = robot.drawings {
+        *drawings = Drawings::default();
+    }
     // When the match is played again, nobody drives the robot, so this is noted as a change.
     keyframes.note_change();
     let wish = driving.wish;

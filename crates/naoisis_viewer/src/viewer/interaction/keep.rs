@@ -14,7 +14,7 @@ use naoisis_sim::simulation::situation;
 /// Saves the current situation in the current folder, and reports the path.
 pub(super) fn keep_situation(world: &mut World) {
     let text = match keep(world) {
-        Ok(path) => format!("Saved as {}: a scenario that starts with these positions", path.display()),
+        Ok(path) => saved_words(&path),
         Err(message) => format!("The situation was not saved: {message}"),
     };
     world.resource_mut::<Notice>().tell(text);
@@ -27,7 +27,7 @@ pub(super) fn keep_past_situation(world: &mut World) {
     let text = match rebuilt.moment(cycle, world.resource::<Keyframes>()) {
         Some(moment) if moment.is_same => {
             match moment.situation.as_ref().map_err(Clone::clone).and_then(|scenario| write_scenario(scenario, cycle)) {
-                Ok(path) => format!("Saved as {}: a scenario that starts with these positions", path.display()),
+                Ok(path) => saved_words(&path),
                 Err(message) => format!("The situation was not saved: {message}"),
             }
         }
@@ -37,6 +37,10 @@ pub(super) fn keep_past_situation(world: &mut World) {
             .unwrap_or_else(|| "This moment is still being rebuilt: please try again".to_owned()),
     };
     world.resource_mut::<Notice>().tell(text);
+}
+
+fn saved_words(path: &Path) -> String {
+    format!("Saved as {}: a new match with these positions and this score; its clock begins anew", path.display())
 }
 
 fn keep(world: &mut World) -> Result<PathBuf, String> {

@@ -23,7 +23,7 @@ use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::pitch_frame::{pitch_from_world, pose_of, world_from_pitch};
 use super::selection::{PickTarget, pointed_at};
-use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Selection, SelectionSystems};
+use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Playback, Selection, SelectionSystems, is_over};
 use super::timeline::Timeline;
 use aim::{Grip, Held, Sight};
 use naoisis_core::ball::{Ball, BallPhysics};
@@ -91,6 +91,9 @@ impl MouseDrag {
 fn is_live(timeline: &Timeline) -> bool {
     !timeline.is_past() && !timeline.is_replay()
 }
+
+/// Why nothing can be done by hand in a match that has ended.
+const OVER: &str = "The match is over: R plays it again, or go back and branch (F)";
 
 /// Why interventions are not possible now.
 fn why_not(timeline: &Timeline) -> &'static str {
@@ -213,6 +216,12 @@ fn apply(world: &mut World) {
             world.resource_mut::<Notice>().tell(words);
             continue;
         }
+        // A finished match takes no further cycle, in which an intervention could happen.
+        let is_over = is_over(world.resource(), world.resource(), world.resource());
+        if is_over && !matches!(action, HandAction::Drive | HandAction::KeepSituation) {
+            world.resource_mut::<Notice>().tell(OVER);
+            continue;
+        }
         match action {
             HandAction::Whistle => undo::act(world, Intervention::Whistle),
             HandAction::DropBall => undo::act(world, Intervention::DropBall { position_m: Vec2::ZERO }),
@@ -244,13 +253,17 @@ fn penalise_or_return(world: &mut World) {
 fn draw_intentions(
     drag: Res<MouseDrag>,
     interventions: Res<Interventions>,
-    roster: Res<Roster>,
+    (roster, playback): (Res<Roster>, Res<Playback>),
     bodies: Query<&Body>,
     balls: Query<&BallPhysics>,
     mut brush: Brush,
 ) {
     let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
-    for intention in drag.intention.iter().chain(&interventions.queue) {
+    let pending = interventions.queue.iter().map(|intention| (intention, playback.paused));
+    for (intention, waits) in drag.intention.iter().map(|intention| (intention, false)).chain(pending) {
+        if let Some(place) = place_of(*intention).filter(|_| waits) {
+            brush.words(place, "when the match goes on", Color::WHITE);
+        }
         match *intention {
             Intervention::PlaceRobot { robot, pose } => {
                 let body = roster.get(robot).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();
@@ -268,6 +281,15 @@ fn draw_intentions(
             }
             _ => {}
         }
+    }
+}
+
+/// The place of an intervention on the pitch, m, if it has one.
+fn place_of(intervention: Intervention) -> Option<Vec2> {
+    match intervention {
+        Intervention::PlaceRobot { pose, .. } => Some(pose.position),
+        Intervention::PlaceBall { position_m, .. } | Intervention::DropBall { position_m } => Some(position_m),
+        _ => None,
     }
 }
 

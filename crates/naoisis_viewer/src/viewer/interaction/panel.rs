@@ -5,6 +5,7 @@ use bevy_egui::egui::text::LayoutJob;
 use bevy_egui::egui::{self, Align2, RichText, TextFormat, TextStyle};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+use super::OVER;
 use super::driving::{self, Driving};
 use super::referee_menu::RefereeMenu;
 use super::undo::Undo;
@@ -12,12 +13,14 @@ use crate::viewer::display_settings::Workspace;
 use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
 use crate::viewer::layout::{self, LayoutSystems};
-use crate::viewer::shared::{Action, HandAction, Notice, Playback, Selection, ToggleFilm};
+use crate::viewer::shared::{Action, HandAction, Notice, Playback, Selection, ToggleFilm, is_over};
 use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::Penalty;
+use naoisis_core::game::{Game, GameState, Penalty};
 use naoisis_core::robot::Roster;
+use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::posture::Posture;
 
 /// The greatest width of the help for driving, logical pixels.
 const WIDEST_HELP: f32 = 250.0;
@@ -157,20 +160,31 @@ fn show_driver(
     mut contexts: EguiContexts,
     driving: Res<Driving>,
     roster: Res<Roster>,
-    penalties: Query<&Penalty>,
-    (clock, playback): (Res<CycleClock>, Res<Playback>),
+    robots: Query<(&Penalty, &Posture, &KickSettings)>,
+    (clock, game, playback): (Res<CycleClock>, Res<Game>, Res<Playback>),
 ) -> Result {
     let Some(robot) = driving.robot else { return Ok(()) };
     let context = contexts.ctx_mut()?;
     let width = layout::free_area(context).width();
-    let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
+    let driven = roster.get(robot).and_then(|robot| robots.get(robot).ok());
+    let (penalty, posture) = (driven.and_then(|(penalty, ..)| penalty.0), driven.map(|(_, posture, _)| posture));
+    let own_kicks = driven.map_or(0, |(.., kicks)| kicks.own.len());
     // At the side, where it covers least of what is ahead of the robot.
     layout::floating(context, "driver", Align2::LEFT_BOTTOM).interactable(false).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.to_opaque()).show(ui, |ui| {
             ui.set_max_width((width - 2.0 * MARGIN).clamp(LEAST_WIDTH, WIDEST_HELP));
             ui.label(bright(format!("You drive {robot}")));
-            if playback.paused {
-                ui.label(RichText::new("The match is paused: Space continues").color(problem_colour(ui)));
+            let problem = |ui: &mut egui::Ui, words: &str| {
+                ui.label(RichText::new(words).color(problem_colour(ui)));
+            };
+            if is_over(&game, &clock, &playback) {
+                problem(ui, OVER);
+            } else if playback.paused {
+                problem(ui, "The match is paused: Space continues");
+            } else if game.stop.is_some() || game.state == GameState::Timeout {
+                problem(ui, "Play is stopped: no robot may move");
+            } else if let Some(false) = posture.map(|posture| posture.is_upright()) {
+                problem(ui, "It is not on its feet");
             }
             if let Some(penalty) = penalty {
                 let left_s = penalty.left_s(&clock);
@@ -178,7 +192,7 @@ fn show_driver(
                 ui.label(RichText::new(text).color(problem_colour(ui)));
             }
             ui.horizontal_wrapped(|ui| {
-                for (keys, what) in driving::KEYS {
+                for (keys, what) in driving::keys(own_kicks) {
                     // Each key stays on one line with its meaning.
                     ui.add(egui::Label::new(key_and_meaning(ui, keys, what)).extend());
                 }

@@ -1,13 +1,14 @@
 use super::*;
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
-use crate::viewer::shared::{SelectionCommand, TimelineCommand, ViewPreset};
+use crate::viewer::shared::{DRIVEN, SelectionCommand, TimelineCommand, ViewPreset};
 use bevy::input::InputPlugin;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use driving::Driving;
 use naoisis_core::geometry::Pose;
 use naoisis_core::team::Team;
+use naoisis_sim::interface::gather::CurrentRecord;
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
@@ -148,6 +149,12 @@ fn a_driven_robot_goes_where_the_keys_say() {
     // One second at 90 degrees per second. The first cycles were still controlled by the behaviour.
     let turned = app.robot_pose(BLUE2).unwrap().heading - before.heading;
     assert!((turned.to_degrees() - 90.0).abs() < 15.0, "{}", turned.to_degrees());
+    // It does not follow the plans of its behaviour, so they are not shown.
+    let intention = |app: &App, id| {
+        let record = app.world().resource::<CurrentRecord>().record.robot(id).cloned().unwrap();
+        (record.intention().map(str::to_owned), record.drawings.is_empty())
+    };
+    assert_eq!(intention(&app, BLUE2), (Some(DRIVEN.to_owned()), true));
     // If another robot is selected, that one is driven.
     let blue3 = RobotId::new(Team::Blue, 3);
     app.world_mut().resource_mut::<Selection>().0 = Some(blue3);
@@ -158,8 +165,13 @@ fn a_driven_robot_goes_where_the_keys_say() {
     app.update();
     assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
     assert_eq!(app.world().resource::<Selection>().0, Some(blue3));
+    app.run_cycles(2);
+    assert_eq!(intention(&app, blue3), (Some(DRIVEN.to_owned()), true));
+    assert!(intention(&app, BLUE2).0 != Some(DRIVEN.to_owned()));
     act(&mut app, HandAction::Drive);
     assert_eq!(app.world().resource::<Driving>().robot, None);
+    app.run_cycles(2);
+    assert!(intention(&app, blue3).0 != Some(DRIVEN.to_owned()));
 }
 
 #[test]
@@ -174,7 +186,7 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     (0..30).for_each(|_| app.update());
     // The past is shown: the whole match is saved nevertheless.
     app.world_mut().write_message(TimelineCommand::GoTo(10));
-    app.world_mut().resource_mut::<crate::viewer::shared::Playback>().paused = true;
+    app.world_mut().resource_mut::<Playback>().paused = true;
     app.update();
     let last = app.world().resource::<naoisis_record::record::history::History>().last_cycle().unwrap();
     act(&mut app, HandAction::KeepMatch);
@@ -191,7 +203,7 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     app.update();
     let placed = placed.robots.iter().find(|robot| robot.id == BLUE2).map(|robot| robot.pose);
     assert!(app.cycle() == last && close(app.robot_pose(BLUE2), placed));
-    app.world_mut().resource_mut::<crate::viewer::shared::Playback>().paused = false;
+    app.world_mut().resource_mut::<Playback>().paused = false;
     (0..5).for_each(|_| app.update());
     assert!(app.cycle() > last);
 }

@@ -2,7 +2,7 @@
 
 use bevy_egui::egui::{self, Color32, FontId, Rect as Area, Sense, Stroke, WidgetInfo, WidgetType};
 
-use super::tracks::BallSource;
+use super::tracks::{BallSource, Condition};
 use crate::viewer::palette;
 use crate::viewer::theme::{dim, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
@@ -22,11 +22,12 @@ const WORD_INKS: [(DrawColour, f32); 8] = [
 /// The distance between two stripes, logical pixels.
 const STRIPES: f32 = 4.0;
 
-/// The look of an intention.
+/// The look of an intention or of a condition.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct WordLook {
     colour: Color32,
     is_striped: bool,
+    edge: Option<Color32>,
 }
 
 impl WordLook {
@@ -37,6 +38,9 @@ impl WordLook {
         for stripe in 0..stripes {
             let x = area.left() + STRIPES * (stripe as f32 + 0.5);
             painter.vline(x, area.y_range(), Stroke::new(1.0, Color32::from_black_alpha(130)));
+        }
+        if let Some(edge) = self.edge {
+            painter.rect_stroke(area, 1.0, Stroke::new(1.0, edge), egui::StrokeKind::Inside);
         }
     }
 
@@ -56,9 +60,23 @@ pub(super) fn word_looks(words: &[String]) -> Vec<WordLook> {
         let (colour, strength) = WORD_INKS[next % WORD_INKS.len()];
         let is_striped = next >= WORD_INKS.len();
         next += usize::from(!word.is_empty());
-        WordLook { colour: ink(colour).gamma_multiply(strength), is_striped }
+        WordLook { is_striped, ..plain(ink(colour).gamma_multiply(strength)) }
     };
     words.iter().map(look).collect()
+}
+
+/// Returns a look without stripes and edge.
+fn plain(colour: Color32) -> WordLook {
+    WordLook { colour, is_striped: false, edge: None }
+}
+
+/// Returns the look of a robot that lies on the ground or is penalised.
+pub(super) fn condition_look(condition: Condition) -> WordLook {
+    let vermilion = ink(DrawColour::Vermilion);
+    match condition {
+        Condition::Penalised => WordLook { edge: Some(vermilion), ..plain(Color32::from_black_alpha(190)) },
+        Condition::Up | Condition::Down => plain(vermilion),
+    }
 }
 
 /// Returns a colour for a panel.
@@ -88,7 +106,6 @@ pub(super) fn ball_words(source: BallSource) -> &'static str {
 
 /// Shows the colours.
 pub(super) fn show_legend(ui: &mut egui::Ui, words: &[String]) {
-    let plain = |colour| WordLook { colour, is_striped: false };
     let looks = word_looks(words);
     let words: Vec<_> = looks
         .into_iter()
@@ -99,7 +116,8 @@ pub(super) fn show_legend(ui: &mut egui::Ui, words: &[String]) {
     let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
     let sources = sources.map(|source| (plain(ball_colour(source)), ball_words(source)));
     let others = [
-        (plain(ink(DrawColour::Vermilion)), "down, or off the pitch"),
+        (condition_look(Condition::Down), "down"),
+        (condition_look(Condition::Penalised), "penalised"),
         (plain(ui.visuals().strong_text_color()), "disc: kick, ring: missed; triangle: mistake"),
     ];
     ui.horizontal_wrapped(|ui| {
@@ -123,7 +141,9 @@ fn show_entry(ui: &mut egui::Ui, look: WordLook, name: &str) {
     let patch = Area::from_center_size(area.left_center() + egui::vec2(PATCH / 2.0, 0.0), [PATCH; 2].into());
     look.fill(ui.painter(), patch);
     // The edge shows a patch that is as dark as the panel.
-    ui.painter().rect_stroke(patch, 1.0, Stroke::new(0.6, colour), egui::StrokeKind::Inside);
+    if look.edge.is_none() {
+        ui.painter().rect_stroke(patch, 1.0, Stroke::new(0.6, colour), egui::StrokeKind::Inside);
+    }
     ui.painter().galley(area.left_top() + egui::vec2(PATCH + 5.0, 0.0), words, colour);
 }
 
@@ -152,12 +172,9 @@ mod tests {
 
     #[test]
     fn words_can_be_read_on_their_colour() {
-        let text = |colour| WordLook { colour, is_striped: false }.text(Color32::BLACK);
+        let text = |colour| plain(colour).text(Color32::BLACK);
         assert_eq!([text(Color32::from_gray(200)), text(Color32::from_gray(60))], [Color32::BLACK, Color32::WHITE]);
         // A faint colour looks like its panel.
-        assert_eq!(
-            WordLook { colour: Color32::from_black_alpha(20), is_striped: false }.text(Color32::WHITE),
-            Color32::BLACK
-        );
+        assert_eq!(plain(Color32::from_black_alpha(20)).text(Color32::WHITE), Color32::BLACK);
     }
 }

@@ -3,16 +3,13 @@
 use bevy::prelude::*;
 
 use super::{Lanes, mistake_words};
-use crate::viewer::event_filter::FoundMistakes;
+use crate::viewer::event_filter::{COSTLY_S, FoundMistakes};
 use crate::viewer::event_log::{LogEntry, LogKind};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::Team;
 use naoisis_record::record::history::History;
 use naoisis_record::record::match_marks::MarkKind;
 use naoisis_record::record::mistakes::Mistake;
-
-/// The longest time from a mistake to a goal that it may have cost, s.
-const BEFORE_GOAL_S: f64 = 10.0;
 
 /// Passes the mistakes to the list of events.
 pub(super) fn tell_mistakes(
@@ -34,10 +31,10 @@ pub(super) fn tell_mistakes(
 }
 
 /// A mistake as an entry; `goals` are the times of all goals, s, and who scored.
-fn entry_of(mistake: &Mistake, goals: &[(f64, Team)]) -> LogEntry {
+pub(super) fn entry_of(mistake: &Mistake, goals: &[(f64, Team)]) -> LogEntry {
     let team = mistake.robot.team;
     let is_cost =
-        |(time_s, scored): &&(f64, Team)| *scored != team && (0.0..=BEFORE_GOAL_S).contains(&(time_s - mistake.from_s));
+        |(time_s, scored): &&(f64, Team)| *scored != team && (0.0..=COSTLY_S).contains(&(time_s - mistake.from_s));
     let cost = goals.iter().find(is_cost);
     let words = mistake_words(mistake);
     LogEntry {

@@ -16,7 +16,7 @@ pub mod tracks;
 
 use super::display_settings::DisplaySettings;
 use super::event_filter::{EventFilter, ListedEvents};
-use super::event_log::LogEntry;
+use super::event_log::{EventJump, LogEntry};
 use super::keyframes::Keyframes;
 use super::layout::LayoutSystems;
 use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
@@ -69,6 +69,13 @@ pub struct Lanes {
     pub kind: EventKind,
     /// The robot that was selected by a jump to one of its events. The next event may be another robot's.
     followed: Option<RobotId>,
+}
+
+impl Lanes {
+    /// Returns whether the match is still being read.
+    pub fn is_reading(&self) -> bool {
+        self.read.is_some()
+    }
 }
 
 /// The kinds of events to jump to.
@@ -182,13 +189,14 @@ fn find_event(
     (timeline, clock, listed): (Res<Timeline>, Res<CycleClock>, Option<Res<ListedEvents>>),
     mut playback: ResMut<Playback>,
     mut notice: ResMut<Notice>,
-    mut moments: MessageWriter<TimelineCommand>,
+    (mut moments, mut jumps): (MessageWriter<TimelineCommand>, MessageWriter<EventJump>),
 ) {
     for wanted in wanted.read() {
         let now = timeline.cursor().map_or(clock.cycle, |cursor| cursor.ceil() as u64);
         if let (EventKind::Listed, Some(listed)) = (lanes.kind, &listed) {
             match neighbour(&listed.entries, *wanted, now, clock.period_s) {
                 Some(entry) => {
+                    jumps.write(EventJump(Some(entry.clone())));
                     moments.write(TimelineCommand::GoTo(entry.shown_cycle(clock.period_s)));
                     playback.paused = true;
                     notice.tell(&entry.text);
@@ -222,6 +230,7 @@ fn find_event(
                 let is_there = |mistake: &&Mistake| cycle_of(mistake, clock.period_s) == *cycle;
                 let of_kind = lanes.tracks.mistakes().iter().filter(|_| lanes.kind == EventKind::Mistake);
                 let mistake = of_kind.filter(|mistake| is_of(mistake, *robot)).find(is_there);
+                jumps.write(EventJump(mistake.map(|mistake| mistake_list::entry_of(mistake, &[]))));
                 let of_robot = || robot.map_or_else(String::new, |robot| format!("{robot}: "));
                 notice.tell(mistake.map_or_else(|| format!("{}{}", of_robot(), lanes.kind.name()), mistake_words));
             }

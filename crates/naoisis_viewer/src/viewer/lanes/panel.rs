@@ -6,7 +6,7 @@ use bevy_egui::egui::{
     self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Stroke, WidgetInfo, WidgetType,
 };
 
-use super::looks::{WordLook, ball_colour, ball_words, ink, show_legend, word_looks};
+use super::looks::{WordLook, ball_colour, ball_words, condition_look, ink, show_legend, word_looks};
 use super::tracks::{Condition, LaneTrack, Span};
 use super::{EventKind, Lanes, cycle_of, mistake_words};
 use crate::viewer::display_settings::DisplaySettings;
@@ -56,7 +56,9 @@ pub(super) fn show(
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
     let now = timeline.cursor().unwrap_or(whole[1]);
     let size = LANE * lanes.tracks.robots().count() as f32 + AROUND;
-    let dock = Dock { name: "lanes", edge: Edge::Below, size, least: 110.0, most_share: 0.55 };
+    // In a low window, plots above the lanes need space, too.
+    let most_share = if display.plots { 0.22 } else { 0.55 };
+    let dock = Dock { name: "lanes", edge: Edge::Below, size, least: 110.0, most_share };
     let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of lanes"))).unwrap_or(AROUND);
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         let (width, top) = (ui.available_width(), ui.cursor().top());
@@ -64,9 +66,11 @@ pub(super) fn show(
         if show_head(ui, &mut lanes, &mut part, &mut events) {
             filter.list_only(LogKind::Mistake);
             display.events = true;
+            // Another panel at the right may have taken its space.
+            display.close_opened();
             lanes.kind = EventKind::Listed;
         }
-        if lanes.read.is_some() {
+        if lanes.is_reading() {
             ui.label(dim("The match is being read…").size(text_size::SMALL));
         }
         let behind = if display.plots { LEGEND } else { 0.0 };
@@ -157,7 +161,7 @@ fn show_head(
             let button = ui.button(RichText::new(count).color(problem_colour(ui)));
             button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, "List mistakes"));
             let button = button.on_hover_ui(|ui| {
-                ui.label("Click: a list of them; those before a goal stand out");
+                ui.label("Click: the list of events with mistakes only; those before a goal stand out");
                 let table = RichText::new(table(mistakes)).monospace().size(text_size::SMALL);
                 ui.add(egui::Label::new(table).extend());
             });
@@ -216,12 +220,7 @@ fn show_lane(
     }
     for span in shown(&track.conditions, &axis).filter(|span| span.what != Condition::Up) {
         let block = block(span.first, span.last, lane.top(), lane.bottom());
-        let colour =
-            if span.what == Condition::Penalised { Color32::from_black_alpha(190) } else { ink(DrawColour::Vermilion) };
-        painter.rect_filled(block, 0.0, colour);
-        if span.what == Condition::Penalised {
-            painter.rect_stroke(block, 0.0, Stroke::new(1.0, ink(DrawColour::Vermilion)), egui::StrokeKind::Inside);
-        }
+        condition_look(span.what).fill(&painter, block);
     }
     for (cycle, struck) in &track.kicks {
         let at = Pos2::new(axis.x(*cycle as f64), lane.center().y - 2.0);

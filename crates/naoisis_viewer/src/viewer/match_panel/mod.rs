@@ -14,7 +14,7 @@ use super::display_settings::DisplaySettings;
 use super::drive::{self, PlayedFile};
 use super::layout::LayoutSystems;
 use super::memory::ViewerMemory;
-use super::shared::{OpenedTrace, Playback, ViewerCommand};
+use super::shared::{Notice, OpenedTrace, Playback, ViewerCommand};
 use super::timeline;
 use choice::MatchChoice;
 use naoisis_record::record::read_trace::ReadTrace;
@@ -64,19 +64,25 @@ pub struct WatchedScenarioFile {
     file: Option<PathBuf>,
     modified: Option<SystemTime>,
     is_gone: bool,
+    /// Whether teams, league, realism or robots were chosen in the window since.
+    is_changed: bool,
 }
 
 impl WatchedScenarioFile {
     /// Watches this file from now on.
     pub fn of(file: &Path) -> Self {
-        Self { file: Some(file.to_owned()), modified: modified(file), is_gone: false }
+        Self { file: Some(file.to_owned()), modified: modified(file), ..Self::default() }
     }
 
     /// The origin of the scenario, for the window.
     fn words(&self) -> String {
         match &self.file {
             Some(file) if self.is_gone => format!("{} is gone; the match continues", file.display()),
+            Some(file) if self.is_changed => {
+                format!("{}, changed here: a change of the file restarts the match as in the file", file.display())
+            }
             Some(file) => format!("{}: the match restarts when the file changes", file.display()),
+            None if self.is_changed => "built in, changed here".to_owned(),
             None => "built in".to_owned(),
         }
     }
@@ -144,12 +150,23 @@ fn apply(world: &mut World) {
 }
 
 fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
-    let present = world.get_resource::<Scenario>().filter(|scenario| scenario.teams.is_some()).cloned();
+    // Teams line up on the pitch of a scenario without robots, too. One that lists its robots has no place for them.
+    let takes_teams = |scenario: &&Scenario| scenario.teams.is_some() || scenario.robots.is_empty();
+    let present = world.get_resource::<Scenario>().filter(takes_teams).cloned();
+    let is_other = present.is_none();
     let scenario = match present {
         Some(scenario) => scenario,
         None => ScenarioFile::named(TEAM_MATCH).map_err(|error| error.to_string())?.scenario,
     };
-    drive::start(world, &Scenario { teams: Some(teams), ..scenario }).map_err(|fault| fault.to_string())
+    drive::start(world, &Scenario { teams: Some(teams), ..scenario }).map_err(|fault| fault.to_string())?;
+    if is_other {
+        world.insert_resource(WatchedScenarioFile::default());
+        if let Some(mut notice) = world.get_resource_mut::<Notice>() {
+            notice.tell(format!("Its scenario lists its robots, so the teams play {TEAM_MATCH}"));
+        }
+    }
+    world.resource_mut::<WatchedScenarioFile>().is_changed = true;
+    Ok(())
 }
 
 /// Returns a path that a user has typed, with the home folder in place of `~`.
@@ -213,7 +230,9 @@ fn choose(world: &mut World, choice: &MatchChoice) -> Result<(), String> {
     if matches!(choice, MatchChoice::League(_)) {
         world.insert_resource(WatchedScenarioFile::default());
     }
-    drive::start_file(world, chosen)
+    drive::start_file(world, chosen)?;
+    world.resource_mut::<WatchedScenarioFile>().is_changed = true;
+    Ok(())
 }
 
 #[cfg(test)]
@@ -278,6 +297,11 @@ mod tests {
         assert_eq!(app.world().resource::<Scenario>().teams, Some(teams));
         send(&mut app, MatchCommand::Teams(Box::new(TeamsSpec::new("nobody", "chasers"))));
         assert!(problem(&app).unwrap().contains("nobody"));
+        // They play on the pitch of a scenario without robots.
+        let large = Scenario { teams: None, robots: Vec::new(), ..Scenario::named("hsl2026_large").unwrap() };
+        app.start_match(&large).unwrap();
+        send(&mut app, MatchCommand::Teams(Box::new(TeamsSpec::new("roles", "chasers"))));
+        assert_eq!(app.world().resource::<naoisis_core::pitch::Pitch>().length_m, 21.88);
     }
 
     #[test]

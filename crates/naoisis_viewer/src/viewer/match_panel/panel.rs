@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
-use bevy_egui::egui::{self, ComboBox, Grid, Slider};
+use bevy_egui::egui::{self, ComboBox, Grid, Slider, SliderClamping};
 
 use super::choice::{MatchChoice, REALISMS, leagues, models};
 use super::{MatchCommand, WatchedScenarioFile};
@@ -149,7 +149,7 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
         shown.response.labelled_by(label);
         ui.end_row();
     };
-    let hint = "Pitch, ball, rules, robots and realism of a league, with two teams";
+    let hint = "A new match of these teams with the pitch, ball, rules, robots and realism of a league";
     let league = scenario.league.as_deref().unwrap_or(NONE);
     line(ui, "League", hint, league, leagues(), &|name| MatchChoice::League(name.to_owned()));
     let hint = "The level of realism of all settings that the scenario leaves out";
@@ -209,8 +209,9 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
             scenario.set_fidelity(fidelity);
         }
     });
+    // A value beyond the slider stays until it is edited.
     let mut slider = |name: &str, hint: &str, slider: Slider| {
-        ui.add(slider.text(name)).on_hover_text(hint);
+        ui.add(slider.clamping(SliderClamping::Edits).text(name)).on_hover_text(hint);
     };
     let messages = &mut scenario.messages;
     slider("Messages lost", "The share of messages that do not arrive", Slider::new(&mut messages.loss, 0.0..=1.0));
@@ -219,7 +220,7 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
     slider("Message delay", "From sending to arrival", delay);
     let motion = &mut scenario.settings.motion;
     let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");
-    slider("Walking speed", "The greatest walking speed, for robots without one of their own", speed);
+    slider("Walking speed", "The greatest walking speed, m/s, of robots without one of their own", speed);
     let mut turn_deg = motion.max_angular.to_degrees();
     slider("Turning speed", "The greatest turning speed", Slider::new(&mut turn_deg, 10.0..=360.0).suffix("°/s"));
     if (turn_deg - motion.max_angular.to_degrees()).abs() > 1e-3 {
@@ -248,6 +249,20 @@ fn fidelity_name(fidelity: Fidelity) -> &'static str {
 mod tests {
     use super::*;
     use naoisis_sim::simulation::{self, NaoisisPlugins};
+
+    #[test]
+    fn looking_at_the_settings_changes_none() {
+        for league in naoisis_sim::scenario::LEAGUES {
+            let mut scenario = Scenario::from_json(&format!(r#"{{ "league": "{}" }}"#, league.name)).unwrap();
+            let before = scenario.clone();
+            let context = egui::Context::default();
+            for _ in 0..2 {
+                let mut output = context.run_ui(egui::RawInput::default(), |ui| show_settings(ui, &mut scenario));
+                output.textures_delta.clear();
+            }
+            assert!(scenario == before, "{}", league.name);
+        }
+    }
 
     #[test]
     fn where_no_teams_play_the_one_that_is_chosen_meets_the_usual_one() {

@@ -5,12 +5,12 @@ use bevy_egui::egui::{self, Align2, Sense};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::beliefs::robot_ink;
-use super::senses::camera_ink;
+use super::senses::camera_colour;
 use super::{Overlay, Showing};
 use crate::viewer::display_settings::DisplaySettings;
-use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::layout::{self, LARGE_SCORE, LayoutSystems};
 use crate::viewer::palette;
-use crate::viewer::theme::{card, text_size};
+use crate::viewer::theme::{MARGIN, card, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::team::Team;
@@ -49,7 +49,13 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
         return Ok(());
     }
     let (width, size) = if free.x < NARROW { (free.x, text_size::SMALL) } else { (0.6 * free.x, text_size::IMPORTANT) };
-    layout::floating(context, "legend", Align2::LEFT_TOP).interactable(false).show(context, |ui| {
+    let area = layout::floating(context, "legend", Align2::LEFT_TOP);
+    // In the use for watching, it is below the score.
+    let score = context.memory(|memory| memory.area_rect(LARGE_SCORE)).filter(|_| showing.is_watched());
+    let corner =
+        egui::pos2(layout::free_area(context).left() + MARGIN, score.map_or(0.0, |score| score.bottom() + MARGIN));
+    let area = if score.is_some() { area.fixed_pos(corner) } else { area };
+    area.interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.set_max_width(width - 40.0);
             for marks in lines {
@@ -91,10 +97,10 @@ pub(super) fn marks(overlay: Overlay) -> Vec<(Color, &'static str)> {
     let teams =
         |words: [&'static str; 2]| [(palette::team(Team::Blue), words[0]), (palette::team(Team::Pink), words[1])];
     match overlay {
-        Overlay::FieldsOfView => inks(&[
-            (camera_ink(CameraName::TOP), "seen by the upper camera"),
-            (camera_ink(CameraName::BOTTOM), "by the lower camera"),
-        ]),
+        Overlay::FieldsOfView => vec![
+            (camera_colour(CameraName::TOP), "seen by the upper camera"),
+            (camera_colour(CameraName::BOTTOM), "by the lower camera"),
+        ],
         Overlay::Sonar => inks(&[(Sky, "sonar"), (Vermilion, "echo")]),
         Overlay::Percepts => {
             [inks(&[(Orange, "recognises the ball"), (White, "lines")]), teams(["blue", "pink"]).to_vec()].concat()

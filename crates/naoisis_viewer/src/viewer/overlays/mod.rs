@@ -134,7 +134,7 @@ impl Overlay {
     /// Returns the description in the window.
     pub fn description(self) -> &'static str {
         match self {
-            Overlay::FieldsOfView => "The ground that the upper (yellow) and the lower (orange) camera see",
+            Overlay::FieldsOfView => "The ground that the upper (yellow) and the lower (pale yellow) camera see",
             Overlay::Sonar => "The sectors of both sonars, and the echoes in them",
             Overlay::Percepts => "Detections of the cameras, at the positions that the robot measures",
             Overlay::Beliefs => {
@@ -292,6 +292,11 @@ impl Showing<'_> {
         self.shows_truth()
             && workspace != Workspace::Watch
             && self.overlays.shows_any(overlay, &self.selection, workspace)
+    }
+
+    /// Whether the match is watched, without panels.
+    fn is_watched(&self) -> bool {
+        self.display.workspace == Workspace::Watch
     }
 
     /// Whether the truth is shown, instead of the world of one robot.

@@ -18,7 +18,9 @@ const BELOW: f32 = 60.0;
 
 /// The widths of the names and of each column of switches, logical pixels.
 const NAMES: f32 = 165.0;
-const SWITCH: f32 = 49.0;
+const SWITCH: f32 = 22.0;
+/// The distance between two columns, logical pixels.
+const BETWEEN: f32 = 9.0;
 
 /// Shows the switches.
 pub struct OverlayPanelPlugin;
@@ -42,7 +44,7 @@ fn show_switches(
     mut commands: MessageWriter<OverlayCommand>,
 ) -> Result {
     let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
-    let size = NAMES + SWITCH * (2 + robots.len()) as f32 + 20.0;
+    let size = NAMES + (SWITCH + BETWEEN) * (2 + robots.len()) as f32 + 40.0;
     let dock = Dock { name: "overlays", edge: Edge::Right, size, least: 240.0, most_share: 0.55 };
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         if title(ui, "Overlays") {
@@ -50,7 +52,8 @@ fn show_switches(
         }
         let room = (ui.available_height() - BELOW).max(60.0);
         egui::ScrollArea::both().auto_shrink([false, true]).max_height(room).min_scrolled_height(room).show(ui, |ui| {
-            egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([9.0, 3.0]).show(ui, |ui| {
+            let grid = egui::Grid::new("overlays").num_columns(3 + robots.len());
+            grid.min_col_width(SWITCH).spacing([BETWEEN, 3.0]).show(ui, |ui| {
                 show_heads(ui, &robots, &selection);
                 for overlay in Overlay::ALL {
                     let shows = overlays.of_robots.get(&overlay).cloned().unwrap_or_default();

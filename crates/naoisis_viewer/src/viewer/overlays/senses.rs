@@ -22,9 +22,9 @@ use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 /// The greatest distance of a drawn field of view, m.
 const FURTHEST_M: f32 = 4.0;
 
-/// Returns the colour of a camera's field of view; the lower camera has its own.
-pub fn camera_ink(camera: CameraName) -> DrawColour {
-    if camera == CameraName::BOTTOM { DrawColour::Orange } else { DrawColour::Yellow }
+/// Returns the colour of a camera's field of view; that of the lower camera is fainter.
+pub fn camera_colour(camera: CameraName) -> Color {
+    palette::ink(DrawColour::Yellow).with_alpha(if camera == CameraName::BOTTOM { 0.45 } else { 1.0 })
 }
 
 pub(super) fn draw_fields_of_view(
@@ -44,7 +44,7 @@ pub(super) fn draw_fields_of_view(
         let views = settings.views(body, *head);
         for (side, camera) in views.named().filter(|(name, _)| settings.which.includes(*name)) {
             let outline = camera.seen_ground(FURTHEST_M);
-            let colour = palette::ink(camera_ink(side));
+            let colour = camera_colour(side);
             brush.outline(outline.into_iter().map(|corner| place.transform_point(corner)), colour);
         }
     }

@@ -30,6 +30,8 @@ use naoisis_sim::scenario::Scenario;
 
 /// The panel.
 const DOCK: Dock = Dock { name: "plots", edge: Edge::Below, size: 190.0, least: 110.0, most_share: 0.6 };
+/// The least height of the panel without plots, logical pixels.
+const EMPTY: f32 = 70.0;
 /// The height of the curves, and of the time below them, logical pixels.
 const CURVES: f32 = 92.0;
 const TIME: f32 = 15.0;
@@ -64,7 +66,9 @@ pub(super) fn show(
     let Some(cycles) = shown.history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
     let now = shown.timeline.cursor().unwrap_or(whole[1]);
-    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+    // Without plots, it leaves the space to the match.
+    let dock = if shown.plots.pins.is_empty() { Dock { least: EMPTY, most_share: 0.1, ..DOCK } } else { DOCK };
+    dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         ui.horizontal(|ui| {
             ui.label(bright("Plots"));
             ui.separator();

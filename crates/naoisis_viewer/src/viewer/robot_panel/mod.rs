@@ -21,7 +21,7 @@ use super::plots::catalogue::FieldList;
 use super::plots::wording::component as component_words;
 use super::plots::{PlotCommand, Plots};
 use super::rebuild::ShownState;
-use super::shared::{Action, Playback, Selection, SelectionCommand, TimelineCommand, ViewPreset};
+use super::shared::{Action, DRIVEN, Playback, Selection, SelectionCommand, TimelineCommand, ViewPreset};
 use super::theme::{band, bright, count, dim, text_size};
 use super::timeline::Timeline;
 use super::unrecognised::ShownUnrecognised;
@@ -156,7 +156,7 @@ fn show_robot(
         const BAR: f32 = 8.0;
         let width = (ui.available_width() - BAR).max(BAR);
         let record = current.record.robot(id);
-        let intention = wording::intention(record.and_then(|record| record.command.as_ref()));
+        let intention = record.and_then(|record| record.intention()).filter(|intention| !intention.is_empty());
         let behaviour = match &state.0 {
             Ok(state) => state.name.as_deref(),
             Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
@@ -181,7 +181,9 @@ fn show_robot(
                     }
                 });
                 ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
-                unrecognised::show(ui, &missed.0, game.own_end(id.team), playback.paused);
+                if clock.cycle > 0 {
+                    unrecognised::show(ui, &missed.0, game.own_end(id.team), playback.paused);
+                }
             });
             opened.set_if_neq(Opened { cameras });
             section(ui, "Senses", true, |ui| show_senses(ui, &robot, record, &mut pins));
@@ -199,7 +201,10 @@ fn show_robot(
                 None => drop(ui.label(dim("This robot has no belief."))),
             });
             section(ui, "Why", true, |ui| {
-                show_reasons(ui, &state, timeline.is_past());
+                if intention == Some(DRIVEN) {
+                    ui.label(dim("Driven by hand: not as its behaviour decides.").size(text_size::ENTRY));
+                }
+                show_reasons(ui, &state, (clock.cycle, timeline.is_past()));
                 if let Some(words) = last_kick::refused_now(&current.record, id) {
                     ui.add(egui::Label::new(egui::RichText::new(words).size(text_size::ENTRY)).wrap());
                 }
@@ -307,13 +312,14 @@ fn show_messages(
 }
 
 /// Shows the options of the behaviour, each with a bar for its value; the chosen one is bold.
-fn show_reasons(ui: &mut egui::Ui, state: &ShownState, is_past: bool) {
+fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_past): (u64, bool)) {
     /// The width of the longest bar, logical pixels.
     const BAR: f32 = 70.0;
 
     let reasons = state.0.as_ref().ok().and_then(|state| state.reasons.as_ref());
     let Some(reasons) = reasons else {
         let words = match (&state.0, is_past) {
+            _ if cycle == 0 => "The match has not begun: its behaviour has not decided yet.",
             (Err(why), _) => why,
             (Ok(_), true) => "Its behaviour does not record its options.",
             (Ok(_), false) => "Options are known for moments of the past: go one cycle back (Left).",
@@ -349,7 +355,8 @@ fn show_kick(ui: &mut egui::Ui, kick: &last_kick::LastKick, clock: &CycleClock) 
     let places = [("Go to the decision", kick.decided), ("Go to the kick", Some(kick.cycle))];
     let places = places.into_iter().filter_map(|(name, cycle)| cycle.map(|cycle| (name, cycle)));
     let button = |ui: &mut egui::Ui, name: &str, cycle: u64| {
-        ui.add_enabled(cycle != clock.cycle, egui::Button::new(name).small()).clicked().then_some(cycle)
+        let button = ui.add_enabled(cycle != clock.cycle, egui::Button::new(name).small());
+        button.on_disabled_hover_text("This is the moment that is shown").clicked().then_some(cycle)
     };
     ui.horizontal(|ui| places.filter_map(|(name, cycle)| button(ui, name, cycle)).last()).inner
 }

@@ -60,11 +60,6 @@ pub fn velocity(velocity: Velocity) -> String {
     format!("{:.2} m/s, {}/s", velocity.linear.length(), degrees(velocity.angular))
 }
 
-/// Returns the intention that a robot announces, if any.
-pub fn intention(command: Option<&RobotCommand>) -> Option<&str> {
-    command?.say.as_ref()?.intention.as_deref().filter(|intention| !intention.is_empty())
-}
-
 /// Returns the text of the readings of the sonars.
 pub fn sonar(reading: SonarReading) -> String {
     let side = |distance: Option<f32>| distance.map_or("—".to_owned(), |distance| format!("{distance:.2} m"));

@@ -20,7 +20,7 @@ use crate::viewer::watch::large_letters;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::RobotId;
 
-/// The height of a caption's letters relative to the score's, and its width relative to the window's.
+/// The height of a caption's letters relative to the score's, and its width relative to that of the free area.
 const LETTERS: f32 = 0.7;
 const WIDTH: f32 = 0.7;
 /// The key for a new line in a caption; Enter alone ends editing.
@@ -90,11 +90,6 @@ impl Bookmarks {
         *self = Bookmarks { list, shown: None, of: of.clone() };
     }
 
-    /// Returns whether a stroke belongs to a bookmark of a cycle other than `cycle`.
-    fn is_of_another(&self, mark: &PenMark, cycle: u64) -> bool {
-        self.list.iter().any(|bookmark| bookmark.cycle != cycle && bookmark.marks.contains(mark))
-    }
-
     /// Adds a bookmark; replaces one of the same moment.
     fn add(&mut self, bookmark: Bookmark) {
         let at = self.list.partition_point(|other| other.cycle < bookmark.cycle);
@@ -117,14 +112,17 @@ impl Bookmarks {
     }
 }
 
-/// Removes the bookmarks of another match.
-fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) {
+/// Removes the bookmarks of another match, and the strokes of a bookmark when another moment is shown.
+fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut pen: ResMut<Pen>, mut bookmarks: ResMut<Bookmarks>) {
     if !bookmarks.of.is_same(&keyframes) {
         *bookmarks = Bookmarks { of: keyframes.clone(), ..default() };
     }
     // Once the bookmark's moment was shown, going to another moment ends it.
     let shown = bookmarks.shown.and_then(|shown| bookmarks.list.get(shown));
-    if shown.is_some_and(|shown| shown.cycle.abs_diff(clock.cycle) > 1) && !bookmarks.is_changed() {
+    if let Some(left) = shown.filter(|shown| shown.cycle.abs_diff(clock.cycle) > 1)
+        && !bookmarks.is_changed()
+    {
+        pen.marks.retain(|mark| !left.marks.contains(mark));
         bookmarks.shown = None;
     }
 }
@@ -156,10 +154,9 @@ fn apply(
             TeachAction::Bookmark => {
                 playback.paused = true;
                 let cycle = timeline.cursor().map_or(clock.cycle, |cursor| cursor.round() as u64);
-                pen.marks.retain(|mark| !bookmarks.is_of_another(mark, cycle));
                 bookmarks.add(Bookmark {
                     cycle,
-                    caption: caption(&log, cycle as f64 * clock.period_s),
+                    caption: caption(&log, cycle, clock.period_s),
                     marks: pen.marks.clone(),
                     selected: selection.0,
                     robots_world: world.0,
@@ -198,11 +195,13 @@ fn apply(
     }
 }
 
-/// The proposed caption of a moment: the last event if it has just happened.
-fn caption(log: &EventLog, time_s: f64) -> String {
+/// The proposed caption of the moment after a cycle: the last event if it has just happened.
+fn caption(log: &EventLog, cycle: u64, period_s: f64) -> String {
     /// The greatest age of the event, s.
     const LONGEST_AGO_S: f64 = 2.0;
-    let last = log.until(time_s).last().filter(|entry| entry.time_s >= time_s - LONGEST_AGO_S);
+    let time_s = cycle as f64 * period_s;
+    let until_now = log.until(time_s + 1.5 * period_s).iter().filter(|entry| entry.shown_cycle(period_s) <= cycle);
+    let last = until_now.last().filter(|entry| entry.time_s >= time_s - LONGEST_AGO_S);
     last.map(|entry| entry.text.clone()).unwrap_or_default()
 }
 
@@ -218,7 +217,7 @@ fn show_caption(
     let Some(bookmark) = bookmarks.list.get(index) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
     let letters = LETTERS * large_letters(context);
-    let width = WIDTH * context.content_rect().width();
+    let width = WIDTH * layout::free_area(context).width();
     let mut caption = bookmark.caption.clone();
     let mut is_removed = false;
     let at = minutes((bookmark.cycle as f64 * clock.period_s) as f32);
@@ -271,6 +270,7 @@ mod tests {
     use crate::viewer::camera::viewpoint::Viewpoint;
     use naoisis_core::events::MatchEvent;
     use naoisis_core::geometry::Pose;
+    use naoisis_core::team::Team;
 
     fn bookmark(cycle: u64, caption: &str) -> Bookmark {
         let view = Viewpoint::behind(Pose::default());
@@ -284,9 +284,12 @@ mod tests {
         let mut log = EventLog::default();
         log.note(10.0, [&MatchEvent::FinalWhistle]);
         assert_eq!(
-            [9.9, 10.0, 11.5, 13.0].map(|time_s| caption(&log, time_s)),
+            [99, 100, 115, 130].map(|cycle| caption(&log, cycle, 0.1)),
             ["", "Final whistle", "Final whistle", ""]
         );
+        // A jump to a goal shows the cycle before it.
+        log.note(20.0, [&MatchEvent::Goal { team: Team::Blue, scorer: None, own_goal: false, evidence: default() }]);
+        assert_eq!([198, 199].map(|cycle| caption(&log, cycle, 0.1)), ["", "Goal for blue"]);
     }
 
     #[test]
@@ -296,17 +299,20 @@ mod tests {
         app.insert_resource(CycleClock { cycle: 50, ..default() }).init_resource::<Pen>();
         let mut bookmarks = Bookmarks::default();
         bookmarks.add(bookmark(50, "pass"));
-        app.insert_resource(bookmarks).add_systems(Update, keep_strokes);
+        app.insert_resource(bookmarks).init_resource::<Keyframes>();
+        app.world_mut().resource_mut::<Bookmarks>().of = app.world().resource::<Keyframes>().clone();
+        app.add_systems(Update, (forget, keep_strokes).chain());
         for cycle in [50, 80] {
             app.world_mut().resource_mut::<CycleClock>().cycle = cycle;
+            (0..2).for_each(|_| app.update());
             app.world_mut().resource_mut::<Pen>().marks.push(stroke(cycle as f32));
             app.update();
         }
         let bookmarks = app.world().resource::<Bookmarks>();
         assert_eq!(bookmarks.list[0].marks, [stroke(50.0)], "the second one is drawn at another moment");
-        assert!(bookmarks.is_of_another(&stroke(50.0), 80) && !bookmarks.is_of_another(&stroke(50.0), 50));
-        assert!(!bookmarks.is_of_another(&stroke(80.0), 80));
-        assert_eq!(bookmarks.shown_words(), "Bookmark 1 of 1");
+        let pen = &app.world().resource::<Pen>().marks;
+        assert_eq!(pen, &[stroke(80.0)], "its strokes go with the bookmark");
+        assert_eq!(bookmarks.shown, None);
     }
 
     #[test]

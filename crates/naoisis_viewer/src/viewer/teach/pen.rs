@@ -80,7 +80,7 @@ pub(super) fn show(pen: Res<Pen>, mut brush: Brush) {
                 }
             }
             PenMark::Zone(centre, edge) => {
-                let (radius, colour) = (centre.distance(edge), palette::ink(DrawColour::Sky));
+                let (radius, colour) = (centre.distance(edge), palette::ink(DrawColour::Yellow));
                 for step in [-1.0, 0.0, 1.0] {
                     brush.circle(centre, radius + step * APART_M, colour);
                 }

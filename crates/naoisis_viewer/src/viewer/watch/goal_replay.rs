@@ -25,8 +25,8 @@ const RUN_UP_S: f64 = 2.5;
 const SLOW: Speed = Speed::Times(0.4);
 /// The speed of the match from which there are no replays.
 const FASTEST: f64 = 2.0;
-/// A change of the moment by more than this is a jump, s.
-const LONGEST_STEP_S: f64 = 1.0;
+/// A change of the moment by more than this is a jump, s. On a slow display, a frame may take longer than a second.
+const LONGEST_STEP_S: f64 = 3.0;
 
 /// Replays goals in the use [`Workspace::Watch`].
 pub struct GoalReplayPlugin;

@@ -9,7 +9,7 @@ pub mod goal_replay;
 pub mod summary;
 
 use super::display_settings::is_watching;
-use super::layout::{self, LayoutSystems};
+use super::layout::{self, LARGE_SCORE, LayoutSystems};
 use super::panels::TeamNames;
 use super::shared::{Playback, clock_words};
 use super::theme::{band, bright, card, dim};
@@ -66,8 +66,8 @@ fn show_score(
     };
     let names = names.both(width - beside - OTHERS * size, LETTER * size);
     let large = |words: String, share: f32| bright(words).font(FontId::proportional(share * size));
-    layout::floating(context, "large score", align).interactable(false).show(context, |ui| {
-        card(ui).show(ui, |ui| {
+    layout::floating(context, LARGE_SCORE, align).interactable(false).show(context, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.set_min_height(1.2 * size);
                 band(ui, Team::Blue, egui::vec2(0.4 * size, 0.8 * size));

@@ -19,10 +19,10 @@ use crate::viewer::new_file::{stem, write_new};
 use crate::viewer::palette;
 use crate::viewer::panels::TeamNames;
 use crate::viewer::shared::{Action, Notice, Playback, is_over};
-use crate::viewer::theme::{card, dim, minutes, team_colour};
+use crate::viewer::theme::{card, dim, minutes, team_colour, team_colour_on, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, Rules};
+use naoisis_core::game::{Game, GameState, Rules};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_record::record::history::History;
@@ -34,8 +34,10 @@ use naoisis_sim::scenario::Scenario;
 
 /// The height of the button, the margins and the distance to the edges of the window, logical pixels.
 const BESIDE_CONTENTS: f32 = 80.0;
-/// The number of goals in a line of the summary.
+/// The greatest number of goals in a line of the summary, and the widths of their name and of each of them, heights of letters.
 const GOALS_BESIDE: usize = 4;
+const GOALS_NAME: f32 = 5.0;
+const GOAL: f32 = 13.0;
 /// The ground of maps.
 const TURF: Color32 = Color32::from_rgb(24, 84, 44);
 
@@ -62,6 +64,11 @@ pub struct FinalSummary {
     is_closed: bool,
     /// Whether it was asked for in the last frame.
     was_asked_for: bool,
+    /// Whether the end of the match was shown in the last frame, and whether the match was running then.
+    was_at_end: bool,
+    was_running: bool,
+    /// Whether the match was played to the end that is shown. A jump to the last moment of a trace is no end of a match.
+    is_played_to_end: bool,
 }
 
 impl FinalSummary {
@@ -100,7 +107,12 @@ fn sum_up(
         Some(cursor) => timeline.is_replay() && cursor >= last as f64,
         None => is_over(&game, &clock, &playback),
     };
-    let is_watched_end = display.workspace == Workspace::Watch && is_at_end && !replay.is_busy();
+    if is_at_end && !shown.was_at_end {
+        shown.is_played_to_end = shown.was_running || game.state == GameState::Finished;
+    }
+    (shown.was_at_end, shown.was_running) = (is_at_end, !playback.paused);
+    let is_watched_end =
+        display.workspace == Workspace::Watch && is_at_end && shown.is_played_to_end && !replay.is_busy();
     let is_shown = is_watched_end || display.summary;
     let is_asked_for = display.summary && !shown.was_asked_for;
     if shown.is_shown != is_shown || is_asked_for {
@@ -165,7 +177,7 @@ fn show_summary(
     };
     let names = names.both(f32::INFINITY, 1.0);
     // With the goals of an ordinary match, it fits into a window of 720 logical pixels without scrolling.
-    let letters = 0.33 * large_letters(context);
+    let letters = (0.33 * large_letters(context)).max(text_size::ENTRY);
     let most_height = (layout::free_area(context).height() - BESIDE_CONTENTS).max(BESIDE_CONTENTS);
     let (mut is_closed, mut is_saved) = (false, false);
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
@@ -185,7 +197,9 @@ fn show_summary(
     });
     if is_saved {
         let name = format!("{}-seed{}-summary", stem(&summary.name), summary.seed);
-        let written = png(&picture(summary)).and_then(|bytes| write_new(Path::new(""), &name, "png", &bytes));
+        let mut summary = summary.clone();
+        summary.teams = Some(PerTeam { blue: names[0].clone(), pink: names[1].clone() });
+        let written = png(&picture(&summary)).and_then(|bytes| write_new(Path::new(""), &name, "png", &bytes));
         notice.tell(match written {
             Ok(path) => format!("Saved as {}", path.display()),
             Err(error) => format!("The summary was not saved: {error}"),
@@ -200,7 +214,7 @@ fn show_summary(
 fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2], letters: f32) {
     let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
     Grid::new("summary").num_columns(3).spacing([2.0 * letters, 0.3 * letters]).show(ui, |ui| {
-        ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))));
+        ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))).size(letters));
         for (team, name) in Team::BOTH.into_iter().zip(names) {
             ui.label(text(name.clone()).color(team_colour(ui, team)).strong());
         }
@@ -215,11 +229,13 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2],
     if let Some(how) = &summary.how {
         ui.label(text(how.clone()).strong());
     }
-    Grid::new("goals").num_columns(GOALS_BESIDE + 1).spacing([2.0 * letters, 0.2 * letters]).show(ui, |ui| {
-        for (line, goals) in summary.goals.chunks(GOALS_BESIDE).enumerate() {
-            ui.label(dim(if line == 0 { "goals" } else { "" }));
+    let room = (layout::free_area(ui.ctx()).width() - BESIDE_CONTENTS) / letters;
+    let beside = (((room - GOALS_NAME) / GOAL) as usize).clamp(1, GOALS_BESIDE);
+    Grid::new("goals").num_columns(beside + 1).spacing([2.0 * letters, 0.2 * letters]).show(ui, |ui| {
+        for (line, goals) in summary.goals.chunks(beside).enumerate() {
+            ui.label(dim(if line == 0 { "goals" } else { "" }).size(letters));
             for (time_s, by) in goals {
-                ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))));
+                ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))).size(letters));
             }
             ui.end_row();
         }
@@ -236,8 +252,8 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2],
         ];
         for (words, map, colour) in maps {
             ui.vertical(|ui| {
-                draw_map(ui, map, colour, 9.0 * letters);
-                ui.label(dim(words));
+                draw_map(ui, map, colour, (&summary.pitch, 9.0 * letters));
+                ui.label(dim(words).size(letters));
             });
         }
     });
@@ -245,7 +261,7 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2],
         for (words, lines) in kick_maps(summary) {
             ui.vertical(|ui| {
                 draw_kicks(ui, &lines, &summary.pitch, 9.0 * letters);
-                ui.label(dim(words));
+                ui.label(dim(words).size(letters));
             });
         }
     });
@@ -257,42 +273,80 @@ fn rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     [vec![goals], team_rows(summary)].concat()
 }
 
-/// Draws a heat map: stronger colours for more time.
-fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, width: f32) {
-    let cell = width / CELLS_ALONG as f32;
-    let (area, _) = ui.allocate_exact_size(egui::vec2(width, cell * map.rows as f32), Sense::hover());
-    ui.painter().rect_filled(area, 2.0, TURF);
-    let most_s = map.most_s().max(f32::EPSILON);
-    for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
-        let (column, row) = ((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32);
-        // Rows are counted from -y upwards.
-        let least = egui::pos2(area.left() + cell * column, area.bottom() - cell * (row + 1.0));
-        // The square root keeps short times visible beside long ones.
-        let strength = 0.25 + 0.75 * (time_s / most_s).sqrt();
-        ui.painter().rect_filled(
-            egui::Rect::from_min_size(least, egui::Vec2::splat(cell)),
-            0.0,
-            colour.gamma_multiply(strength),
-        );
+/// A plan of the pitch, with a border.
+struct Plan {
+    area: egui::Rect,
+    /// Half of the length and of the width of the pitch, m.
+    half_m: Vec2,
+    /// Logical pixels per metre.
+    scale: f32,
+}
+
+impl Plan {
+    /// The border, logical pixels.
+    const BORDER: f32 = 5.0;
+
+    fn new(ui: &mut egui::Ui, pitch: &Pitch, width: f32) -> Self {
+        let half_m = Vec2::new(pitch.half_length(), pitch.half_width());
+        let scale = (width / 2.0 - Self::BORDER) / half_m.x;
+        let size = egui::vec2(width, 2.0 * (scale * half_m.y + Self::BORDER));
+        let (area, _) = ui.allocate_exact_size(size, Sense::hover());
+        ui.painter().rect_filled(area, 2.0, TURF);
+        Self { area, half_m, scale }
+    }
+
+    /// The position in the window of a point on the pitch, m.
+    fn place(&self, at: Vec2) -> egui::Pos2 {
+        self.area.center() + self.scale * egui::vec2(at.x, -at.y)
+    }
+
+    fn draw_lines(&self, painter: &egui::Painter, pitch: &Pitch) {
+        let stroke = egui::Stroke::new(1.0, Color32::from_white_alpha(90));
+        let frame = |low: Vec2, high: Vec2| {
+            let area = egui::Rect::from_two_pos(self.place(low), self.place(high));
+            painter.rect_stroke(area, 0.0, stroke, egui::StrokeKind::Middle);
+        };
+        frame(-self.half_m, self.half_m);
+        let side = Vec2::new(pitch.penalty_area.depth_m, pitch.penalty_area.width_m / 2.0);
+        for end in [-1.0, 1.0] {
+            let goal_line = end * self.half_m.x;
+            frame(Vec2::new(goal_line, -side.y), Vec2::new(goal_line - end * side.x, side.y));
+        }
+        painter.line_segment([-1.0, 1.0].map(|end| self.place(Vec2::new(0.0, end * self.half_m.y))), stroke);
+        painter.circle_stroke(self.area.center(), self.scale * pitch.centre_circle_diameter_m / 2.0, stroke);
     }
 }
 
-/// Draws passes or shots on a plan of the pitch: those with success are thicker and end with a dot.
+/// Draws a heat map: stronger colours for more time.
+fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, (pitch, width): (&Pitch, f32)) {
+    let plan = Plan::new(ui, pitch, width);
+    let cell = 2.0 * plan.half_m / Vec2::new(CELLS_ALONG as f32, map.rows as f32);
+    let most_s = map.most_s().max(f32::EPSILON);
+    for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
+        // Rows are counted from -y upwards.
+        let least = Vec2::new((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32) * cell - plan.half_m;
+        // The square root keeps short times visible beside long ones.
+        let strength = 0.25 + 0.75 * (time_s / most_s).sqrt();
+        let area = egui::Rect::from_two_pos(plan.place(least), plan.place(least + cell));
+        ui.painter().rect_filled(area, 0.0, colour.gamma_multiply(strength));
+    }
+    plan.draw_lines(ui.painter(), pitch);
+}
+
+/// Draws passes or shots on a plan of the pitch: those with success are thicker and end with a dot, the others are dashed.
 fn draw_kicks(ui: &mut egui::Ui, lines: &[KickLine], pitch: &Pitch, width: f32) {
-    let points = width / pitch.length_m;
-    let (area, _) = ui.allocate_exact_size(egui::vec2(width, points * pitch.width_m), Sense::hover());
-    let painter = ui.painter().with_clip_rect(area.expand(2.0));
-    painter.rect_filled(area, 2.0, TURF);
-    painter.vline(area.center().x, area.y_range(), (1.0, Color32::from_white_alpha(60)));
-    let place = |at: Vec2| area.center() + points * egui::vec2(at.x, -at.y);
+    let plan = Plan::new(ui, pitch, width);
+    let painter = ui.painter().with_clip_rect(plan.area.intersect(ui.clip_rect()));
+    plan.draw_lines(&painter, pitch);
     for line in lines {
-        let colour = palette::in_panel(palette::team(line.team));
-        let (from, to) = (place(line.from_m), place(line.to_m));
+        // The bright colours of text on dark panels, for lines on dark turf.
+        let colour = team_colour_on(true, line.team);
+        let (from, to) = (plan.place(line.from_m), plan.place(line.to_m));
         if line.is_success {
             painter.line_segment([from, to], (1.8, colour));
             painter.circle_filled(to, 3.0, colour);
         } else {
-            painter.line_segment([from, to], (1.0, colour.gamma_multiply(0.5)));
+            painter.extend(egui::Shape::dashed_line(&[from, to], (1.0, colour), 3.0, 2.0));
         }
     }
 }

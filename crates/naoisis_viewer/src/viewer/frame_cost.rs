@@ -24,20 +24,18 @@ use super::theme::{bright, card, dim, text_size};
 const MEAN_OVER_S: f32 = 0.5;
 
 /// Measures frames, and shows their cost.
-pub struct StatisticsPlugin;
+pub struct FrameCostPlugin;
 
-impl Plugin for StatisticsPlugin {
+impl Plugin for FrameCostPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(RenderDiagnosticsPlugin)
-            .init_resource::<FrameStatistics>()
+            .init_resource::<FrameCost>()
             .init_resource::<FrameClock>()
             .add_systems(First, begin_frame)
             .add_systems(Last, end_frame)
             .add_systems(
                 EguiPrimaryContextPass,
-                show_statistics
-                    .run_if(|display: Res<DisplaySettings>| display.statistics)
-                    .in_set(LayoutSystems::Floating),
+                show_cost.run_if(|display: Res<DisplaySettings>| display.frame_cost).in_set(LayoutSystems::Floating),
             );
         let counts = DrawCounts::default();
         app.insert_resource(counts.clone());
@@ -53,7 +51,7 @@ impl Plugin for StatisticsPlugin {
 
 /// The recent cost of frames.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
-pub struct FrameStatistics {
+pub struct FrameCost {
     /// Frames per second.
     pub frames_per_s: f32,
     /// Processor time per frame for the match and the panels, s.
@@ -109,7 +107,7 @@ fn begin_frame(mut clock: ResMut<FrameClock>) {
 
 fn end_frame(
     mut clock: ResMut<FrameClock>,
-    mut statistics: ResMut<FrameStatistics>,
+    mut cost: ResMut<FrameCost>,
     counts: Res<DrawCounts>,
     images: Res<ShownImages>,
 ) {
@@ -124,7 +122,7 @@ fn end_frame(
     }
     let frames = clock.frames as f32;
     let rendering = Duration::from_nanos(counts.0.rendering_ns.swap(0, Ordering::Relaxed));
-    *statistics = FrameStatistics {
+    *cost = FrameCost {
         frames_per_s: frames / elapsed_s,
         main_s: clock.main.as_secs_f32() / frames,
         rendering_s: rendering.as_secs_f32() / frames,
@@ -182,9 +180,9 @@ fn sorted<Item: SortedPhaseItem>(phases: &ViewSortedRenderPhases<Item>) -> usize
     phases.values().map(|phase| phase.items.len()).sum()
 }
 
-fn show_statistics(
+fn show_cost(
     mut contexts: EguiContexts,
-    statistics: Res<FrameStatistics>,
+    cost: Res<FrameCost>,
     diagnostics: Res<DiagnosticsStore>,
     playback: Res<Playback>,
     images: Res<ShownImages>,
@@ -194,26 +192,26 @@ fn show_statistics(
     let passes: Vec<(String, f64)> = passes(&diagnostics);
     let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
     let context = contexts.ctx_mut()?;
-    layout::floating(context, "statistics", Align2::LEFT_TOP).show(context, |ui| {
+    layout::floating(context, "frame cost", Align2::LEFT_TOP).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
-            Grid::new("statistics").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
+            Grid::new("frame cost").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
                 let milliseconds = |seconds: f32| format!("{:.1} ms", 1000.0 * seconds);
-                line(ui, "frames", &format!("{:.1} /s", statistics.frames_per_s));
-                line(ui, "match and panels", &milliseconds(statistics.main_s));
-                line(ui, "drawing, meanwhile", &milliseconds(statistics.rendering_s));
-                line(ui, "draw calls", &format!("{}, of {} meshes", statistics.draw_calls, meshes.iter().count()));
+                line(ui, "frames", &format!("{:.1} /s", cost.frames_per_s));
+                line(ui, "match and panels", &milliseconds(cost.main_s));
+                line(ui, "drawing, meanwhile", &milliseconds(cost.rendering_s));
+                line(ui, "draw calls", &format!("{}, of {} meshes", cost.draw_calls, meshes.iter().count()));
                 line(ui, "passes", &passes.len().to_string());
                 let images = format!(
                     "{:.0} /s, the last {} in {:.1} ms; {} so far",
-                    statistics.eye_images_per_s,
+                    cost.eye_images_per_s,
                     images.last_count,
                     1000.0 * images.last_took.as_secs_f32(),
                     images.drawn
                 );
                 line(ui, "robots' images", &images);
                 line(ui, "match", &format!("{:.2}× real time", playback.achieved));
-                let first = statistics.first_picture_s.map_or(String::new(), |first| format!("{first:.2} s"));
+                let first = cost.first_picture_s.map_or(String::new(), |first| format!("{first:.2} s"));
                 line(ui, "first picture after", &first);
                 line(ui, "adapter", &adapter);
             });
