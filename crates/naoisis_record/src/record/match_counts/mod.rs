@@ -27,7 +27,7 @@
 //! | active robots | of the robots' time in `ready`, `set` and `playing`, the share without a penalty | the same |
 //! | distance | the way that the robot went in play, m, by its true speed; robots that are carried do not walk | FIFA "Total distance", in play |
 //! | ball seen | share of the time in which the robot recognised the ball | |
-//! | pose error | distance of the place where the robot believes itself to be from its true place at the end of the cycle, m; its mean, its median (a value a second), and the share of the time in which it is over 0.5 m and over 1 m | |
+//! | pose error | distance of the place where the robot believes itself to be from its true place when it sensed (the end of the cycle before), m; its mean, its median, and the share of the time in which it is over 0.5 m and over 1 m | |
 //! | ball error | the same of the ball, while the robot believes to know where it is: the mean | |
 //!
 //! "In play" is the state `playing` of the game. What takes time (distance, ball seen, errors) counts in play and without a
@@ -43,6 +43,7 @@ use std::collections::BTreeMap;
 pub use kicks::KickOutcome;
 use kicks::{KickEnd, KickFollower, StruckKick};
 pub use observed::{MatchCounter, Observed, ObservedRobot};
+use robot_counts::SensedPlaces;
 pub use robot_counts::{ErrorCounts, RobotCounts};
 
 use naoisis_core::events::{CollisionPartner, KickResult, MatchEvent};
@@ -94,7 +95,7 @@ pub struct MatchCounts {
     active_cycles: PerTeam<u64>,
     possession_cycles: PerTeam<u64>,
     ball_in_half_cycles: PerTeam<u64>,
-    /// Pose errors of each team's robots, one a second, m.
+    /// Pose errors of each team's robots in play, m.
     pose_errors_m: PerTeam<Vec<f64>>,
     kicks: KickFollower,
     /// The last robot that touched the ball since it was put down.
@@ -104,8 +105,9 @@ pub struct MatchCounts {
     duel: Option<Duel>,
     /// The corner of the pitch at +x and +y, m.
     corner_m: Vec2,
-    /// The last position of the ball, m, pitch frame.
+    /// The last position of the ball, and those of the robots, m, pitch frame.
     ball_m: Option<Vec2>,
+    positions_m: Vec<(RobotId, Vec2)>,
     goalkeepers: PerTeam<Option<u8>>,
     /// Time and score at which counting began.
     began: Option<(f64, Score)>,
@@ -164,6 +166,7 @@ impl MatchCounts {
             duel: None,
             corner_m: Vec2::new(scenario.field.half_length(), scenario.field.half_width()),
             ball_m: None,
+            positions_m: Vec::new(),
             goalkeepers: default(),
             began: None,
             last_cycle: 0,
@@ -180,11 +183,14 @@ impl MatchCounts {
     pub fn look<'a>(&mut self, cycle: &Observed, robots: impl Iterator<Item = ObservedRobot<'a>>) -> f64 {
         let cycles = cycle.cycle.saturating_sub(self.last_cycle);
         self.last_cycle = cycle.cycle;
+        let robots: Vec<ObservedRobot> = robots.collect();
+        let positions_m = robots.iter().map(|robot| (robot.id, robot.pose.position)).collect();
         let ball_before_m = self.ball_m;
+        let positions_before_m = core::mem::replace(&mut self.positions_m, positions_m);
         (self.ball_m, self.goalkeepers) = (cycle.ball_m, cycle.goalkeepers);
         let Some((began_s, score)) = self.began else {
             self.began = Some((cycle.time_s, cycle.score));
-            self.robots.extend(robots.map(|robot| (robot.id, RobotCounts::default())));
+            self.robots.extend(robots.iter().map(|robot| (robot.id, RobotCounts::default())));
             return 0.0;
         };
         self.duration_s = cycle.time_s - began_s;
@@ -209,7 +215,7 @@ impl MatchCounts {
             self.dead_ball();
             if matches!(cycle.state, GameState::Ready | GameState::Set) {
                 self.game_cycles += cycles;
-                robots.for_each(|robot| self.count_active(&robot, cycles));
+                robots.iter().for_each(|robot| self.count_active(robot, cycles));
             }
             return 0.0;
         }
@@ -224,15 +230,20 @@ impl MatchCounts {
             self.ball_in_half_cycles[team] += cycles;
         }
         let mut nearest_m = PerTeam { blue: f32::INFINITY, pink: f32::INFINITY };
-        for robot in robots {
-            self.count_active(&robot, cycles);
+        for robot in &robots {
+            self.count_active(robot, cycles);
             if robot.is_penalised {
                 continue;
             }
-            self.robots.entry(robot.id).or_default().play(&robot, cycle, cycles, self.period_s);
-            if let Some(error_m) = robot_counts::pose_error_m(&robot, cycle) {
-                self.pose_errors_m[robot.id.team].push(error_m);
-            }
+            // Robots sense where everything was at the end of the cycle before.
+            let before = positions_before_m.iter().find(|(id, _)| *id == robot.id).filter(|_| cycles == 1);
+            let sensed = SensedPlaces {
+                robot_m: before.map_or(robot.pose.position, |(_, position_m)| *position_m),
+                ball_m: if cycles == 1 { ball_before_m } else { cycle.ball_m },
+                own_end: cycle.own_end(robot.id.team),
+            };
+            self.pose_errors_m[robot.id.team].extend(sensed.pose_error_m(robot));
+            self.robots.entry(robot.id).or_default().play(robot, &sensed, cycles, self.period_s);
             if let Some(ball) = cycle.ball_m.filter(|_| robot.is_upright) {
                 let nearest_m = &mut nearest_m[robot.id.team];
                 *nearest_m = nearest_m.min(robot.pose.position.distance(ball));

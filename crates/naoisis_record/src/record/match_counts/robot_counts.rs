@@ -1,9 +1,11 @@
 //! The counts of a robot, or of all robots of a team together.
 
+use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-use super::{Observed, ObservedRobot};
+use super::ObservedRobot;
 use naoisis_core::game::PenaltyReason;
+use naoisis_core::pitch::End;
 use naoisis_sensing::belief::{pitch_from_team, point_pitch_from_team};
 
 /// The counts of a robot, by the [definitions](super).
@@ -81,15 +83,15 @@ impl ErrorCounts {
 
 impl RobotCounts {
     /// Counts `cycles` in play that end with `cycle`. `robot` is the robot after it.
-    pub(super) fn play(&mut self, robot: &ObservedRobot, cycle: &Observed, cycles: u64, period_s: f64) {
+    pub(super) fn play(&mut self, robot: &ObservedRobot, sensed: &SensedPlaces, cycles: u64, period_s: f64) {
         self.distance_m += f64::from(robot.speed_mps) * period_s * cycles as f64;
         self.play_cycles += cycles;
         self.ball_seen_cycles += if robot.sees_ball { cycles } else { 0 };
-        if let Some(error_m) = pose_error_m(robot, cycle) {
+        if let Some(error_m) = sensed.pose_error_m(robot) {
             self.pose_errors.note(error_m, cycles);
         }
-        if let (Some(ball), Some(believed)) = (cycle.ball_m, robot.belief.and_then(|belief| belief.ball.as_ref())) {
-            let believed = point_pitch_from_team(believed.position_m, cycle.own_end(robot.id.team));
+        if let (Some(ball), Some(believed)) = (sensed.ball_m, robot.belief.and_then(|belief| belief.ball.as_ref())) {
+            let believed = point_pitch_from_team(believed.position_m, sensed.own_end);
             self.ball_errors.note(f64::from(believed.distance(ball)), cycles);
         }
     }
@@ -125,10 +127,20 @@ impl RobotCounts {
     }
 }
 
-/// Returns the pose error of `robot`, m. `None` if it has no belief.
-pub(super) fn pose_error_m(robot: &ObservedRobot, cycle: &Observed) -> Option<f64> {
-    let believed = pitch_from_team(robot.belief?.pose, cycle.own_end(robot.id.team));
-    Some(f64::from(believed.position.distance(robot.pose.position)))
+/// The places of a robot and of the ball when the robot sensed, m, pitch frame, and the end that its team defends.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct SensedPlaces {
+    pub(super) robot_m: Vec2,
+    pub(super) ball_m: Option<Vec2>,
+    pub(super) own_end: End,
+}
+
+impl SensedPlaces {
+    /// Returns the pose error of `robot`, m. `None` if it has no belief.
+    pub(super) fn pose_error_m(&self, robot: &ObservedRobot) -> Option<f64> {
+        let believed = pitch_from_team(robot.belief?.pose, self.own_end);
+        Some(f64::from(believed.position.distance(self.robot_m)))
+    }
 }
 
 fn share(part: u64, whole: u64) -> Option<f64> {

@@ -128,7 +128,7 @@ fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>,
         Projection::custom(perspective),
         // The one that needs no look-up table and keeps colours.
         Tonemapping::KhronosPbrNeutral,
-        haze::haze(view.eye(), &pitch, 0.0),
+        haze::haze(view.eye(), &pitch, 0.0, haze::HIDES),
         ViewerCamera { current: view, wanted: view, mode: CameraMode::Pitch(Overview::Broadcast) },
         view.transform(),
     ));
