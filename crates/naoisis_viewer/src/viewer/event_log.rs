@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::shared::state_name;
 use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
 use naoisis_core::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
 use naoisis_core::game::{Evidence, Intervention, PenaltyReason};
@@ -285,6 +286,7 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         MatchEvent::Intervention { intervention: request @ Intervention::PickUp { robot } } => {
             (Some(robot.team), false, request.to_string())
         }
+        MatchEvent::StateChanged { state } => (None, false, format!("The game is in state {}", state_name(*state))),
         MatchEvent::FinalWhistle => (None, true, "Final whistle".to_owned()),
         MatchEvent::InvariantBroken { message } => (None, true, format!("Error in the simulation: {message}")),
         MatchEvent::Collision { .. } | MatchEvent::CommandRefused { .. } => return None,

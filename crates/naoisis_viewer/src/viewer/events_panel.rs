@@ -13,7 +13,7 @@ use super::lanes::{EventKind, Lanes};
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::shared::{FindEvent, Playback, TimelineCommand};
+use super::shared::{FindEvent, Playback, TimelineCommand, shows_truth};
 use super::theme::{dim, minutes, team_colour, text_size};
 use super::timeline::Timeline;
 use naoisis_core::behaviour::drawings::DrawColour;
@@ -45,7 +45,10 @@ impl Plugin for EventsPanelPlugin {
             .add_message::<EventChoice>()
             .add_systems(PreUpdate, forget_event.run_if(resource_exists_and_changed::<Scenario>))
             .add_systems(Update, choose_event)
-            .add_systems(PostUpdate, mark_place.after(OverlaySystems).before(EguiPostUpdateSet::EndPass))
+            .add_systems(
+                PostUpdate,
+                mark_place.run_if(shows_truth).after(OverlaySystems).before(EguiPostUpdateSet::EndPass),
+            )
             .add_systems(
                 EguiPrimaryContextPass,
                 show_events.run_if(|display: Res<DisplaySettings>| display.events).in_set(LayoutSystems::Events),

@@ -125,11 +125,15 @@ fn hide_panels(filming: Res<Filming>, mut hidden: ResMut<HiddenPanels>) {
     }
 }
 
+/// Marks the pictures of a recording.
+#[derive(Component)]
+struct OfFilm;
+
 /// Requests a picture of the window when one is due.
 fn take_pictures(
     time: Res<Time<Real>>,
     mut filming: ResMut<Filming>,
-    pictures: Query<(), Added<Screenshot>>,
+    pictures: Query<(), (Added<Screenshot>, Without<OfFilm>)>,
     mut commands: Commands,
 ) {
     // There is one picture of a frame at most: one that was asked for comes first.
@@ -155,7 +159,7 @@ fn take_pictures(
             filming.end();
         }
     };
-    commands.spawn(Screenshot::primary_window()).observe(keep);
+    commands.spawn((Screenshot::primary_window(), OfFilm)).observe(keep);
 }
 
 fn tell_of_ends(mut filming: ResMut<Filming>, mut notice: ResMut<Notice>) {

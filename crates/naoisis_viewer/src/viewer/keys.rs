@@ -15,6 +15,7 @@ use super::shared::{
     Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share,
     TakePicture, TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
 };
+use super::start_page::DialogIsOpen;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::team::Team;
 
@@ -285,12 +286,15 @@ fn read_keys(
     mut inputs: MessageReader<KeyboardInput>,
     mut losses: MessageReader<KeyboardFocusLost>,
     mut held: Local<HeldModifiers>,
-    wants: Res<EguiWantsInput>,
+    (wants, dialog): (Res<EguiWantsInput>, Option<Res<DialogIsOpen>>),
     driving: Res<Driving>,
     mut actions: MessageWriter<Action>,
 ) {
+    let is_dialog = dialog.is_some_and(|dialog| dialog.0);
     for input in inputs.read() {
-        let Some(press) = held.note(input).filter(|_| !wants.wants_any_keyboard_input()) else { continue };
+        let Some(press) = held.note(input).filter(|_| !(is_dialog || wants.wants_any_keyboard_input())) else {
+            continue;
+        };
         // The question mark is on other keys of other keyboards.
         if input.text.as_deref() == Some("?") {
             actions.write(Action::Toggle(Switch::Commands));

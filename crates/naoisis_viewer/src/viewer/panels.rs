@@ -163,7 +163,7 @@ fn show_controls(
                 send(Action::Command(ViewerCommand::Faster));
             }
             ui.separator();
-            if button(ui, "⟲", "Restart the same match (R)") {
+            if button(ui, "⟲", "Restart the same match, with the settings of now (R)") {
                 send(Action::Command(ViewerCommand::Restart));
             }
             if button(ui, "🎲", "New match with the next seed (Shift R)") {
@@ -310,7 +310,7 @@ fn in_columns(heights: &[usize], columns: usize) -> Vec<Range<usize>> {
 
 fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
     ui.label(bright(group.name).size(text_size::IMPORTANT));
-    egui::Grid::new(group.name).num_columns(2).spacing([20.0, 3.0]).show(ui, |ui| {
+    egui::Grid::new(group.name).num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
         for (key, what) in &group.lines {
             ui.label(bright(*key));
             ui.label(dim(*what));

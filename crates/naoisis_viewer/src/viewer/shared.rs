@@ -320,8 +320,8 @@ pub fn clock_words(game: &Game, clock: &CycleClock, playback: &Playback, has_roo
     }
 }
 
-/// The name of a state of the game.
-fn state_name(state: GameState) -> &'static str {
+/// Returns the name of a state of the game in the window.
+pub fn state_name(state: GameState) -> &'static str {
     match state {
         GameState::Initial => "initial",
         GameState::Standby => "standby",

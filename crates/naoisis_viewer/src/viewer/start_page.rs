@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::display_settings::Workspace;
 use super::layout::LayoutSystems;
-use super::match_panel::MatchCommand;
+use super::match_panel::{MatchCommand, WatchedScenarioFile};
 use super::memory::ViewerMemory;
 use super::shared::{Action, Playback};
 use super::theme::{bright, card, dim, panel, problem_colour, text_size};
@@ -97,7 +97,7 @@ fn show(
     mut contexts: EguiContexts,
     memory: Option<Res<ViewerMemory>>,
     mut typed: Local<String>,
-    (mut page, mut opens): (ResMut<StartPage>, ResMut<OpensFile>),
+    (mut page, mut opens, mut watched): (ResMut<StartPage>, ResMut<OpensFile>, ResMut<WatchedScenarioFile>),
     mut playback: ResMut<Playback>,
     mut actions: MessageWriter<Action>,
     mut commands: MessageWriter<MatchCommand>,
@@ -163,6 +163,10 @@ fn show(
     if is_chosen {
         page.0 = false;
         playback.paused = false;
+        // A file that could not be opened has nothing to do with the match that was chosen.
+        if playback.problem.take().is_some() {
+            *watched = WatchedScenarioFile::default();
+        }
     }
     Ok(())
 }

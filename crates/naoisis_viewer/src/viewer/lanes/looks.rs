@@ -115,11 +115,7 @@ pub(super) fn show_legend(ui: &mut egui::Ui, words: &[String]) {
         .collect();
     let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
     let sources = sources.map(|source| (plain(ball_colour(source)), ball_words(source)));
-    let others = [
-        (condition_look(Condition::Down), "down"),
-        (condition_look(Condition::Penalised), "penalised"),
-        (plain(ui.visuals().strong_text_color()), "disc: kick, ring: missed; triangle: mistake"),
-    ];
+    let others = [(condition_look(Condition::Down), "down"), (condition_look(Condition::Penalised), "penalised")];
     ui.horizontal_wrapped(|ui| {
         for (group, entries) in [("intention:", &words[..]), ("edge, ball is:", &sources), ("", &others)] {
             if !(group.is_empty() || entries.is_empty()) {
@@ -127,6 +123,7 @@ pub(super) fn show_legend(ui: &mut egui::Ui, words: &[String]) {
             }
             entries.iter().for_each(|(look, name)| show_entry(ui, *look, name));
         }
+        ui.label(dim("disc: kick, ring: missed; triangle: mistake").size(text_size::SMALL));
     });
 }
 

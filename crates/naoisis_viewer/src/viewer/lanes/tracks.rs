@@ -56,6 +56,19 @@ pub struct LaneTrack {
     pub conditions: Vec<Span<Condition>>,
     /// The cycles of its kicks, and whether they struck the ball.
     pub kicks: Vec<(u64, bool)>,
+    /// The last cycle in which it announced an intention.
+    announced: Option<u64>,
+}
+
+/// The number of cycles for which an intention stays without a new message.
+const STAYS: u64 = 90;
+
+impl LaneTrack {
+    /// The last intention if it was announced shortly before a cycle, as an index of [words](Tracks::words).
+    fn intention_until(&self, cycle: u64) -> Option<usize> {
+        let is_recent = self.announced.is_some_and(|announced| cycle - announced <= STAYS);
+        self.intentions.last().filter(|_| is_recent).map(|span| span.what)
+    }
 }
 
 /// The number of cycles after which mistakes are searched for again.
@@ -120,9 +133,12 @@ impl Tracks {
         }
         for robot in &record.robots {
             let track = self.robots.entry(robot.id).or_default();
-            let intention = robot.intention().unwrap_or_default();
-            let word = self.words.iter().position(|word| word == intention).unwrap_or_else(|| {
-                self.words.push(intention.to_owned());
+            // Robots announce it in some cycles only: it stays until the next message.
+            let held = || track.intention_until(cycle).map(|word| self.words[word].as_str());
+            let intention = robot.intention().or_else(held).unwrap_or_default().to_owned();
+            track.announced = robot.intention().map(|_| cycle).or(track.announced);
+            let word = self.words.iter().position(|word| *word == intention).unwrap_or_else(|| {
+                self.words.push(intention);
                 self.words.len() - 1
             });
             extend(&mut track.intentions, cycle, word);
@@ -203,8 +219,14 @@ mod tests {
         let spans: Vec<_> = track.intentions.iter().map(word).collect();
         assert_eq!(spans, [(0, 20, "support".to_owned()), (20, 30, "attack".to_owned())]);
         assert_eq!(track.ball, [Span { first: 0, last: 30, what: BallSource::Lost }]);
+        // An intention stays between two messages, and not much longer.
+        for (cycle, expected) in [(40, "attack"), (30 + STAYS + 1, "")] {
+            tracks.note(&CycleRecord { cycle, robots: vec![RobotRecord::new(BLUE)], ..default() });
+            let track = tracks.robot(BLUE).unwrap();
+            assert_eq!(tracks.words()[track.intentions.last().unwrap().what], expected, "{cycle}");
+        }
         // A record that is already known is not added again.
         tracks.note(&record(20, "support", 0.1));
-        assert_eq!(tracks.last_cycle(), Some(30));
+        assert_eq!(tracks.last_cycle(), Some(30 + STAYS + 1));
     }
 }

@@ -162,10 +162,10 @@ fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
     if is_other {
         world.insert_resource(WatchedScenarioFile::default());
         if let Some(mut notice) = world.get_resource_mut::<Notice>() {
-            notice.tell(format!("Its scenario lists its robots, so the teams play {TEAM_MATCH}"));
+            notice.tell(format!("The scenario before lists its robots, so the teams play {TEAM_MATCH} instead"));
         }
     }
-    world.resource_mut::<WatchedScenarioFile>().is_changed = true;
+    world.resource_mut::<WatchedScenarioFile>().is_changed = !is_other;
     Ok(())
 }
 

@@ -159,7 +159,12 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
         REALISMS.iter().find(|(word, _)| word.name() == name).map_or(Realism::default(), |(word, _)| *word)
     };
     line(ui, "Realism", hint, &realism, &words, &|name| MatchChoice::Realism(realism_of(name)));
-    let Some(teams) = &scenario.teams else { return chosen };
+    let Some(teams) = &scenario.teams else {
+        ui.label("Robots");
+        ui.label(dim("those that the scenario lists"));
+        ui.end_row();
+        return chosen;
+    };
     for team in Team::BOTH {
         let own = teams.robots[team].model.as_deref();
         let (title, now) = (format!("Robots of {team}"), own.unwrap_or(&scenario.model));

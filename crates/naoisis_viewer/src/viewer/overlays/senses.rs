@@ -59,7 +59,7 @@ pub(super) fn draw_sonars(
         return;
     }
     for (id, pose, previous, penalty, settings, reading) in &robots {
-        if !showing.shows(Overlay::Sonar, *id, penalty) {
+        if !settings.fitted || !showing.shows(Overlay::Sonar, *id, penalty) {
             continue;
         }
         let place = showing.place(pose, previous);

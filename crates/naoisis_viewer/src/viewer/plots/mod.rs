@@ -139,6 +139,11 @@ impl Plots {
         self.pins.iter().any(|pin| pin.field == *field)
     }
 
+    /// Whether the match is still being read for a field.
+    fn is_reading(&self, field: &Field) -> bool {
+        self.job.as_ref().is_some_and(|job| job.fields.contains(field))
+    }
+
     /// Why not all values of a field are known, or how far they are known so far.
     fn state(&self, field: &Field) -> Option<String> {
         let known = self.data.get(field)?;

@@ -38,7 +38,7 @@ use naoisis_record::record::history::History;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::odometry::Odometry;
-use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
 use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::interface::cycle_record::RobotRecord;
 use naoisis_sim::interface::gather::CurrentRecord;
@@ -119,6 +119,7 @@ struct ShownRobot {
     head: &'static HeadAngles,
     odometry: &'static Odometry,
     sonar: &'static SonarReading,
+    sonar_settings: &'static SonarSettings,
     cameras: &'static CameraSettings,
     percepts: &'static Percepts,
     inbox: &'static Inbox,
@@ -282,7 +283,7 @@ fn show_head(
 
 fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotRecord>, pins: &mut Pins) {
     let mut senses = vec![
-        ("Sonar", wording::sonar(*robot.sonar)),
+        ("Sonar", wording::sonar(*robot.sonar, robot.sonar_settings.fitted)),
         ("Head", wording::head(robot.head.yaw, robot.head.pitch)),
         ("Odometry", wording::pose(robot.odometry.0)),
         ("True motion", wording::velocity(*robot.velocity)),

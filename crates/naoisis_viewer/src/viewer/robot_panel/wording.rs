@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use crate::viewer::shared::state_name;
 use crate::viewer::theme::count;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::CycleClock;
@@ -60,8 +61,11 @@ pub fn velocity(velocity: Velocity) -> String {
     format!("{:.2} m/s, {}/s", velocity.linear.length(), degrees(velocity.angular))
 }
 
-/// Returns the text of the readings of the sonars.
-pub fn sonar(reading: SonarReading) -> String {
+/// Returns the text of the readings of the sonars; "none" for a robot without sonars.
+pub fn sonar(reading: SonarReading, is_fitted: bool) -> String {
+    if !is_fitted {
+        return "none".to_owned();
+    }
     let side = |distance: Option<f32>| distance.map_or("—".to_owned(), |distance| format!("{distance:.2} m"));
     format!("left {}, right {}", side(reading.left), side(reading.right))
 }
@@ -134,7 +138,7 @@ fn kick(request: KickRequest) -> String {
 
 /// Returns the text of the state of the game that a robot received.
 pub fn told(told: &GameStatus) -> String {
-    let mut parts = vec![told.state.name().to_owned()];
+    let mut parts = vec![state_name(told.state).to_owned()];
     parts.extend(told.set_play.map(|set_play| {
         let whose = set_play.team.map_or("one team".to_owned(), |team| team.to_string());
         format!("{} for {whose}", set_play.kind.words().to_lowercase())
@@ -252,6 +256,7 @@ mod tests {
         assert_eq!(head(-0.349_07, 0.174_53), "20° right, 10° down");
         assert_eq!(pose(Pose::new(-0.001, 0.0, -0.001)), "0.00, 0.00 m, 0°");
         assert_eq!(percepts(&Percepts::default()), "no detections");
-        assert_eq!(sonar(SonarReading { left: None, right: Some(0.3), time_s: None }), "left —, right 0.30 m");
+        let reading = SonarReading { left: None, right: Some(0.3), time_s: None };
+        assert_eq!([sonar(reading, true), sonar(reading, false)], ["left —, right 0.30 m", "none"]);
     }
 }

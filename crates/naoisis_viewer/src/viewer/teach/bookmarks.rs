@@ -200,8 +200,8 @@ fn caption(log: &EventLog, cycle: u64, period_s: f64) -> String {
     /// The greatest age of the event, s.
     const LONGEST_AGO_S: f64 = 2.0;
     let time_s = cycle as f64 * period_s;
-    let until_now = log.until(time_s + 1.5 * period_s).iter().filter(|entry| entry.shown_cycle(period_s) <= cycle);
-    let last = until_now.last().filter(|entry| entry.time_s >= time_s - LONGEST_AGO_S);
+    let mut until_now = log.until(time_s + 1.5 * period_s).iter().filter(|entry| entry.shown_cycle(period_s) <= cycle);
+    let last = until_now.next_back().filter(|entry| entry.time_s >= time_s - LONGEST_AGO_S);
     last.map(|entry| entry.text.clone()).unwrap_or_default()
 }
 
