@@ -153,6 +153,7 @@ pub(super) fn show(
             let hint = format!("Of mistakes, only those in the {COSTLY_S:.0} s before a goal for the other team");
             costly.widget_info(|| WidgetInfo::selected(WidgetType::Button, true, filter.only_costly, name));
             if costly.on_hover_text(hint).clicked() {
+                is_used = true;
                 filter.only_costly = !filter.only_costly;
             }
         }

@@ -248,8 +248,7 @@ fn show_list(
 
 /// Whether an entry is later than the moment at which it would be shown.
 fn is_to_come(entry: &LogEntry, now_s: f64, period_s: f64) -> bool {
-    let shown_s = if entry.kind == LogKind::Goal { entry.time_s - period_s } else { entry.time_s };
-    shown_s > now_s + period_s / 2.0
+    entry.shown_cycle(period_s) as f64 * period_s > now_s + period_s / 2.0
 }
 
 /// Returns the new top of a list of this height that shows a line at `at` in its middle; `None` if the line is visible already.

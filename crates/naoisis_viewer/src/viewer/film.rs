@@ -78,11 +78,10 @@ fn toggle(
             // Pictures arrive some frames after they are requested.
             if film.is_empty() {
                 filming.ends_soon = true;
-                notice.tell(WRITING);
             } else {
                 filming.end();
-                notice.tell(WRITING);
             }
+            notice.tell(WRITING);
             continue;
         }
         match create(*kind, clock.cycle) {

@@ -20,14 +20,18 @@ pub(super) fn tell_mistakes(
     mut goals_before: Local<usize>,
 ) {
     let mistakes = lanes.tracks.mistakes();
-    let goals = history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal);
-    let goals: Vec<(f64, Team)> =
-        goals.filter_map(|goal| Some((goal.cycle as f64 * clock.period_s, goal.team?))).collect();
+    let goals = goals_of(&history, clock.period_s);
     let is_new = |found: &ResMut<FoundMistakes>| found.0.len() != mistakes.len() || goals.len() != *goals_before;
     if let Some(mut found) = found.filter(is_new) {
         found.0 = mistakes.iter().map(|mistake| entry_of(mistake, &goals)).collect();
         *goals_before = goals.len();
     }
+}
+
+/// The times of all goals, s, and who scored.
+pub(super) fn goals_of(history: &History, period_s: f64) -> Vec<(f64, Team)> {
+    let goals = history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal);
+    goals.filter_map(|goal| Some((goal.cycle as f64 * period_s, goal.team?))).collect()
 }
 
 /// A mistake as an entry; `goals` are the times of all goals, s, and who scored.

@@ -230,7 +230,8 @@ fn find_event(
                 let is_there = |mistake: &&Mistake| cycle_of(mistake, clock.period_s) == *cycle;
                 let of_kind = lanes.tracks.mistakes().iter().filter(|_| lanes.kind == EventKind::Mistake);
                 let mistake = of_kind.filter(|mistake| is_of(mistake, *robot)).find(is_there);
-                jumps.write(EventJump(mistake.map(|mistake| mistake_list::entry_of(mistake, &[]))));
+                let goals = mistake_list::goals_of(&history, clock.period_s);
+                jumps.write(EventJump(mistake.map(|mistake| mistake_list::entry_of(mistake, &goals))));
                 let of_robot = || robot.map_or_else(String::new, |robot| format!("{robot}: "));
                 notice.tell(mistake.map_or_else(|| format!("{}{}", of_robot(), lanes.kind.name()), mistake_words));
             }

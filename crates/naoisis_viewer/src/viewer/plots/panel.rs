@@ -165,7 +165,7 @@ impl Plot<'_> {
     /// Shows the title, the choice of robots, and the export.
     fn show_head(&self, ui: &mut egui::Ui, commands: &mut MessageWriter<PlotCommand>, notice: &mut Notice) {
         let chart = self.chart(1);
-        let is_read = self.shown.plots.is_reading(&self.pin.field);
+        let is_reading = self.shown.plots.is_reading(&self.pin.field);
         ui.horizontal(|ui| {
             ui.label(bright(chart.heading()).size(text_size::ENTRY));
             if let Some(state) = self.shown.plots.state(&self.pin.field) {
@@ -181,7 +181,7 @@ impl Plot<'_> {
                     commands.write(PlotCommand::Remove(self.pin.field.clone()));
                 }
                 for kind in FileKind::ALL.into_iter().rev() {
-                    let button = ui.add_enabled(!is_read, egui::Button::new(kind.name()).small());
+                    let button = ui.add_enabled(!is_reading, egui::Button::new(kind.name()).small());
                     let button = named(button, kind.name()).on_disabled_hover_text("The match is still being read");
                     if button.on_hover_text("Saves the visible part in the current folder").clicked() {
                         notice.tell(self.save(kind));
