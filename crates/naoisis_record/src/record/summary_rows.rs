@@ -55,10 +55,19 @@ pub fn kick_maps(summary: &MatchSummary) -> [(&'static str, Vec<KickLine>); 2] {
     maps
 }
 
+/// A share from 0 to 1 in whole percent; those below half a percent, but not 0, with tenths and never as 0.
+fn percent_words(share: f64) -> String {
+    match 100.0 * share {
+        percent if percent > 0.0 && percent < 0.05 => "< 0.1 %".to_owned(),
+        percent if percent > 0.0 && percent < 0.5 => format!("{percent:.1} %"),
+        percent => format!("{percent:.0} %"),
+    }
+}
+
 /// Returns the table of teams: a row for each quantity, with its name and the values of blue and pink.
 pub fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     let counts = &summary.counts;
-    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent_words);
     let columns = Team::BOTH.map(|team| {
         let own = counts.team(team);
         let passes = match own.passes {

@@ -149,7 +149,7 @@ fn show_events(
     (mut lanes, mut events): (Option<ResMut<Lanes>>, MessageWriter<FindEvent>),
     shown: Res<ShownEvent>,
     clock: Res<CycleClock>,
-    (timeline, roster): (Res<Timeline>, Res<Roster>),
+    (timeline, roster, history): (Res<Timeline>, Res<Roster>, Res<History>),
     robots: Query<(&RobotId, &Penalty)>,
     mut choices: MessageWriter<EventChoice>,
     mut playback: ResMut<Playback>,
@@ -185,6 +185,11 @@ fn show_events(
                 _ => "No listed events yet.",
             };
             ui.label(dim(nothing));
+        }
+        // A saved match goes on without its past, but with its score.
+        if let Some(first) = history.cycles().map(|cycles| *cycles.start()).filter(|first| *first > 1) {
+            let begin = minutes((first as f64 * clock.period_s) as f32);
+            ui.add(egui::Label::new(dim(format!("The match is known from {begin} on."))).wrap());
         }
         for (id, penalty) in &penalties {
             let left_s = penalty.left_s(&clock);

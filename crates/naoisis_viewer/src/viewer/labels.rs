@@ -36,16 +36,21 @@ const MOST_MOVES: usize = 6;
 struct LabelAreas(Vec<egui::Rect>);
 
 impl LabelAreas {
-    /// Moves a label into `within` from the sides, then upwards until it covers no other one, and notes it. In a crowd it may cover
-    /// another.
+    /// Moves a label into `within` from the sides and from above, then upwards until it covers no other one, or downwards if there is no
+    /// room above, and notes it. In a crowd it may cover another.
     fn place(&mut self, area: egui::Rect, within: egui::Rect) -> egui::Rect {
         let most_x = (within.max.x - area.width()).max(within.min.x);
-        let mut area = area.translate(egui::vec2(area.min.x.clamp(within.min.x, most_x) - area.min.x, 0.0));
+        let corner = Pos2::new(area.min.x.clamp(within.min.x, most_x), area.min.y.max(within.min.y));
+        let mut area = egui::Rect::from_min_size(corner, area.size());
+        let mut is_upwards = true;
         for _ in 0..MOST_MOVES {
             // Labels that only touch do not cover each other.
             let inner = area.shrink(0.5);
             let Some(other) = self.0.iter().find(|other| other.intersects(inner)) else { break };
-            area = area.translate(egui::vec2(0.0, other.min.y - GAP_PIXELS - area.max.y));
+            let above = other.min.y - GAP_PIXELS - area.height();
+            is_upwards &= above >= within.min.y;
+            let top = if is_upwards { above } else { other.max.y + GAP_PIXELS };
+            area = egui::Rect::from_min_size(Pos2::new(area.min.x, top), area.size());
         }
         self.0.push(area);
         area
@@ -221,6 +226,9 @@ mod tests {
         assert!((placed[1].max.y - 99.0).abs() < 1e-3, "as near as possible");
         let at_edges = [label(-40.0, 150.0), label(290.0, 150.0)].map(|area| areas.place(area, window));
         assert_eq!(at_edges.map(|area| area.min.x), [0.0, 240.0], "whole words at the edges of the window");
+        let mut areas = LabelAreas::default();
+        let at_top = [label(100.0, -5.0), label(100.0, 3.0)].map(|area| areas.place(area, window));
+        assert_eq!(at_top.map(|area| area.min.y), [0.0, 15.0], "and below its upper edge");
     }
 
     #[test]

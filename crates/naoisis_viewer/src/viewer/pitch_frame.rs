@@ -11,7 +11,7 @@ use bevy::render::render_resource::ShaderType;
 use core::f32::consts::{FRAC_PI_2, PI};
 
 use super::palette;
-use super::shared::DisplayFraction;
+use super::shared::{DisplayFraction, DrawnWhenSensed};
 use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
@@ -33,6 +33,7 @@ pub struct PitchFramePlugin;
 impl Plugin for PitchFramePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PitchRoot>()
+            .init_resource::<DrawnWhenSensed>()
             .insert_resource(ClearColor(palette::HALL))
             .insert_resource(GlobalAmbientLight { brightness: AMBIENT, color: palette::SKY, ..default() })
             .insert_resource(DirectionalLightShadowMap { size: 2048 })
@@ -109,12 +110,13 @@ fn enter_stage(added: On<Add, MatchEntity>, poses: Query<&Pose>, root: Res<Pitch
 }
 
 fn place_entities(
-    fraction: Res<DisplayFraction>,
+    (fraction, when_sensed): (Res<DisplayFraction>, Res<DrawnWhenSensed>),
     clock: Res<CycleClock>,
     mut entities: Query<(&Pose, Option<&PreviousPose>, Option<&BallFlight>, &mut Transform), With<MatchEntity>>,
 ) {
+    let fraction = if when_sensed.0 { 0.0 } else { fraction.0 };
     for (pose, previous, flight, mut transform) in &mut entities {
-        let shown = previous.map_or(*pose, |previous| between(previous.0, *pose, fraction.0, clock.period()));
+        let shown = previous.map_or(*pose, |previous| between(previous.0, *pose, fraction, clock.period()));
         let mut place = transform_of(shown);
         place.translation.z = flight.map_or(0.0, |flight| flight.height_m);
         transform.set_if_neq(place);
@@ -153,6 +155,7 @@ pub fn between(start: Pose, end: Pose, fraction: f32, period: f32) -> Pose {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
+    use bevy::ecs::system::RunSystemOnce;
     use core::f32::consts::PI;
 
     #[test]
@@ -162,6 +165,22 @@ mod tests {
         assert!((world_from_pitch * Vec3::X).abs_diff_eq(Vec3::X, 1e-6));
         // The direction away from the viewer, who looks along -z.
         assert!((world_from_pitch * Vec3::Y).abs_diff_eq(Vec3::NEG_Z, 1e-6));
+    }
+
+    #[test]
+    fn through_a_camera_everything_is_where_it_was_when_the_robots_sensed() {
+        let mut world = World::new();
+        world.init_resource::<DisplayFraction>();
+        world.insert_resource(CycleClock { period_s: 1.0 / 30.0, ..default() });
+        let poses = (Pose::new(0.1, 0.0, 0.2), PreviousPose(Pose::default()));
+        let robot = world.spawn((MatchEntity, poses, Transform::default())).id();
+        for (when_sensed, expected) in [(false, poses.0), (true, Pose::default())] {
+            world.insert_resource(DrawnWhenSensed(when_sensed));
+            world.run_system_once(place_entities).unwrap();
+            let shown = pose_of(world.get(robot).unwrap());
+            assert_abs_diff_eq!(shown.position.x, expected.position.x, epsilon = 1e-6);
+            assert_abs_diff_eq!(shown.heading, expected.heading, epsilon = 1e-6);
+        }
     }
 
     #[test]

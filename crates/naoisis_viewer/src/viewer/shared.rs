@@ -314,10 +314,17 @@ pub fn clock_words(game: &Game, clock: &CycleClock, playback: &Playback, has_roo
     let time = left.map_or_else(|| time.clone(), |_| format!("half {}   {time} left", game.half));
     match left {
         _ if is_over => format!("{time}   end of the scenario"),
-        Some(_) if game.stop.is_some() => format!("{time}   stopped"),
-        Some(_) => format!("{time}   {}", state_name(game.state)),
+        _ if game.stop.is_some() => format!("{time}   stopped"),
+        Some(_) => format!("{time}   {}", state_words(game, clock)),
         None => format!("{time}   no referee"),
     }
+}
+
+/// The state of the game; a time-out with its team and its remaining time.
+fn state_words(game: &Game, clock: &CycleClock) -> String {
+    let Some(timeout) = game.timeout else { return state_name(game.state).to_owned() };
+    let of = timeout.team.map_or_else(|| "the referee".to_owned(), |team| team.to_string());
+    format!("time-out of {of}: {}", minutes((timeout.cycles_left as f64 * clock.period_s) as f32))
 }
 
 /// Returns the name of a state of the game in the window.
@@ -343,9 +350,18 @@ impl Default for DisplayFraction {
     }
 }
 
+/// Whether the match is drawn as it was when the robots sensed in this cycle, at its start: through a robot's camera, detections lie on
+/// the objects.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct DrawnWhenSensed(pub bool);
+
 /// The file of the trace that is shown, if any.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
 pub struct OpenedTrace(pub Option<PathBuf>);
+
+/// The match that is shown is being saved as a trace in a file.
+#[derive(Message, Clone, PartialEq, Eq, Debug)]
+pub struct TraceSaved(pub PathBuf);
 
 /// The selected robot, if any.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -404,6 +420,7 @@ pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_core::game::Timeout;
 
     #[test]
     fn a_match_that_is_over_is_not_said_to_be_played() {
@@ -412,6 +429,11 @@ mod tests {
         let words = |last_cycle, has_room| clock_words(&game, &clock, &Playback { last_cycle, ..default() }, has_room);
         assert_eq!([words(None, true), words(None, false)], ["0:30   no referee", "0:30"]);
         assert_eq!([words(Some(300), true), words(Some(300), false)], ["0:30   end of the scenario", "over"]);
+        let timeout = Timeout { team: Some(Team::Pink), cycles_left: 1500, before_shoot_out: false };
+        let in_timeout =
+            Game { state: GameState::Timeout, timeout: Some(timeout), cycles_left: Some(3000), ..default() };
+        let words = clock_words(&in_timeout, &clock, &Playback::default(), true);
+        assert_eq!(words, "half 0   5:00 left   time-out of pink: 2:30");
         let finished = Game { state: GameState::Finished, ..default() };
         assert_eq!(clock_words(&finished, &clock, &Playback::default(), true), "finished");
     }

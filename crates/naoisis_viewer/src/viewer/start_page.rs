@@ -8,10 +8,11 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::path::Path;
 
 use super::display_settings::Workspace;
+use super::interaction::InteractionSystems;
 use super::layout::LayoutSystems;
 use super::match_panel::{MatchCommand, WatchedScenarioFile};
 use super::memory::ViewerMemory;
-use super::shared::{Action, Playback};
+use super::shared::{Action, HandAction, KeysSystems, Notice, Playback};
 use super::theme::{bright, card, dim, panel, problem_colour, text_size};
 use naoisis_sim::scenario::Scenario;
 
@@ -31,6 +32,7 @@ impl Plugin for StartPagePlugin {
             .init_resource::<DialogIsOpen>()
             .init_resource::<OpensFile>()
             .add_systems(Update, (open_dropped, wait_for_choice, close_when_opened))
+            .add_systems(Update, refuse_hands.after(KeysSystems).before(InteractionSystems).run_if(is_open))
             .add_systems(EguiPrimaryContextPass, show.run_if(is_open).in_set(LayoutSystems::Floating));
     }
 }
@@ -61,6 +63,13 @@ fn wait_for_choice(mut page: ResMut<StartPage>, mut playback: ResMut<Playback>, 
         playback.paused = true;
     } else if !playback.paused {
         page.0 = false;
+    }
+}
+
+/// Refuses what keys would do to the match behind the page.
+fn refuse_hands(mut hands: ResMut<Messages<HandAction>>, mut notice: ResMut<Notice>) {
+    if hands.drain().count() > 0 {
+        notice.tell("Choose first what to do with a match, or what to open");
     }
 }
 
@@ -191,6 +200,16 @@ mod tests {
         app.world_mut().resource_mut::<Playback>().paused = false;
         app.update();
         assert!(!app.world().resource::<StartPage>().0);
+    }
+
+    #[test]
+    fn nothing_is_done_by_hand_behind_the_page() {
+        let mut app = App::new();
+        app.add_message::<HandAction>().init_resource::<Notice>().add_systems(Update, refuse_hands);
+        app.world_mut().write_message(HandAction::Whistle);
+        app.update();
+        assert!(app.world().resource::<Messages<HandAction>>().is_empty());
+        assert!(app.world().resource::<Notice>().text.starts_with("Choose first"));
     }
 
     #[test]

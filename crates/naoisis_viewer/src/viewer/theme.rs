@@ -86,6 +86,11 @@ fn visuals(theme: Theme) -> Visuals {
     visuals.widgets.noninteractive.fg_stroke = Stroke::new(1.0, text);
     visuals.widgets.inactive.fg_stroke = Stroke::new(1.0, text);
     visuals.widgets.active.fg_stroke = Stroke::new(1.0, strong);
+    if theme == Theme::Light {
+        // Empty check boxes, and the rails of sliders.
+        visuals.widgets.inactive.bg_fill = grey(165);
+        visuals.widgets.hovered.bg_fill = grey(150);
+    }
     visuals
 }
 
@@ -205,6 +210,8 @@ mod tests {
                 let contrast = contrast(colour, visuals.panel_fill);
                 assert!(contrast >= 4.5, "{theme:?}: {colour:?} has a contrast of {contrast}");
             }
+            // An empty check box is seen.
+            assert!(contrast(visuals.widgets.inactive.bg_fill, visuals.panel_fill) >= 1.5, "{theme:?}");
         }
     }
 }

@@ -43,6 +43,12 @@ impl Axis {
         first + f64::from((x - self.left) / self.width) * (last - first)
     }
 
+    /// Returns the time at a position, with tenths of a second if the tooltip of the next pixel would have the same second.
+    pub fn time_at(&self, x: f32, period_s: f64) -> String {
+        let pixel_s = (self.part[1] - self.part[0]) / f64::from(self.width) * period_s;
+        time_words(self.cycle(x) * period_s, pixel_s)
+    }
+
     /// The part after zooming by `factor` about a cycle and moving by some cycles, within the whole match.
     fn moved(&self, whole: [f64; 2], about: f64, factor: f64, by: f64) -> [f64; 2] {
         let length =

@@ -15,10 +15,13 @@ pub mod viewpoint;
 use super::layout::{FreeArea, mouse_is_for_match};
 use super::pitch_frame::{PitchFrameSystems, PitchRoot, pose_of};
 use super::robot_model::RobotLimbs;
-use super::shared::{CameraSystems, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset};
+use super::shared::{
+    CameraSystems, DrawnWhenSensed, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset,
+};
 use free_area::AreaPerspective;
 use naoisis_core::ball::Ball;
 use naoisis_core::camera_model::{CameraMount, CameraName, CameraView};
+use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
 use naoisis_core::geometry::wrap_angle;
 use naoisis_core::pitch::Pitch;
@@ -27,6 +30,7 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::RobotId;
+use naoisis_record::record::history::History;
 use naoisis_sensing::appearance::scene::world_from_body;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
@@ -58,6 +62,7 @@ impl Plugin for ViewerCameraPlugin {
                     .after(SelectionSystems)
                     .in_set(CameraSystems),
             )
+            .add_systems(PostUpdate, choose_instant.before(PitchFrameSystems))
             // By then, everything that the camera may follow has its place of this frame.
             .add_systems(
                 PostUpdate,
@@ -311,6 +316,19 @@ fn follow(
     }
 }
 
+/// Draws the match when the robots sensed while it is seen through a robot's camera.
+fn choose_instant(camera: Single<&ViewerCamera>, mut when_sensed: ResMut<DrawnWhenSensed>) {
+    when_sensed.set_if_neq(DrawnWhenSensed(matches!(camera.mode, CameraMode::RobotCamera(_))));
+}
+
+/// The head of a robot when it sensed in a cycle, at its start: a head may turn by 10° in a cycle. Returns `None` if the cycle before is
+/// not recorded.
+fn head_when_sensed(history: &mut History, robot: RobotId, cycle: u64) -> Option<HeadAngles> {
+    let before = cycle.checked_sub(1)?;
+    let record = history.record(before).ok()?.filter(|record| record.cycle == before)?;
+    Some(record.robot(robot)?.head)
+}
+
 /// Returns the camera with this name. If the robot does not have it: its last camera for the NAO's lower one, else its first.
 pub fn mount_of(settings: &CameraSettings, name: CameraName) -> Option<&CameraMount> {
     let cameras = settings.mounts.as_slice();
@@ -324,7 +342,9 @@ fn move_camera(
     selection: Res<Selection>,
     roster: Res<Roster>,
     robots: Query<(&Transform, &HeadAngles, &Posture, &Body, &CameraSettings, &Penalty), Without<ViewerCamera>>,
-    free: Res<FreeArea>,
+    (free, clock): (Res<FreeArea>, Res<CycleClock>),
+    mut history: ResMut<History>,
+    mut sensed: Local<Option<((RobotId, u64), Option<HeadAngles>)>>,
     mut eased: Local<Option<Rect>>,
     camera: Single<(&mut ViewerCamera, &mut Transform, &mut Projection)>,
 ) {
@@ -341,9 +361,13 @@ fn move_camera(
             camera.mode = CameraMode::Orbit;
             return;
         };
+        if let Some(id) = selection.0.filter(|id| sensed.is_none_or(|(of, _)| of != (*id, clock.cycle))) {
+            *sensed = Some(((id, clock.cycle), head_when_sensed(&mut history, id, clock.cycle)));
+        }
+        let head = sensed.and_then(|(_, head)| head).unwrap_or(*head);
         // The camera of a robot that is off the pitch stays as it was.
         if !penalty.is_off_pitch() {
-            let view = CameraView::new(settings.intrinsics(mount), mount, body.neck_m, *head);
+            let view = CameraView::new(settings.intrinsics(mount), mount, body.neck_m, head);
             *transform = robot_view::transform(&view, world_from_body(pose_of(place), *posture, body));
         }
         // The area is not eased, so that detections are drawn at the right places of the image.
@@ -408,12 +432,27 @@ impl ViewerCamera {
 mod tests {
     use super::*;
     use naoisis_core::geometry::Pose;
+    use naoisis_core::team::Team;
+    use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+
+    #[test]
+    fn a_camera_looks_where_the_head_was_when_the_robot_sensed() {
+        let robot = RobotId::new(Team::Blue, 1);
+        let mut history = History::default();
+        for cycle in 3..6 {
+            let head = HeadAngles { yaw: 0.1 * cycle as f32, pitch: 0.0 };
+            let robots = vec![RobotRecord { head, ..RobotRecord::new(robot) }];
+            history.push(&CycleRecord { cycle, time_s: cycle as f64 / 30.0, robots, ..default() }).unwrap();
+        }
+        let yaws = [3, 4, 6].map(|cycle| head_when_sensed(&mut history, robot, cycle).map(|head| head.yaw));
+        assert_eq!(yaws, [None, Some(0.1 * 3.0), Some(0.1 * 5.0)]);
+    }
 
     #[test]
     fn only_the_eyes_of_a_selected_robot_are_looked_through() {
         let view = Viewpoint::behind(Pose::default());
         let camera = |mode| ViewerCamera { current: view, wanted: view, mode };
-        let selection = Selection(Some(RobotId::new(naoisis_core::team::Team::Pink, 2)));
+        let selection = Selection(Some(RobotId::new(Team::Pink, 2)));
         let eyes = camera(CameraMode::RobotCamera(CameraName::BOTTOM)).robot_camera(&selection);
         assert_eq!(eyes.map(|(_, side)| side), Some(CameraName::BOTTOM));
         assert_eq!(camera(CameraMode::Ball).robot_camera(&selection), None);

@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 use crate::viewer::branches::Place;
 use crate::viewer::keyframes::Simulator;
 use crate::viewer::new_file::{stem, write_new};
-use crate::viewer::shared::{Notice, OpenedTrace};
+use crate::viewer::shared::{Notice, OpenedTrace, TraceSaved};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::communication::MessageStatistics;
 use naoisis_core::cycle::CycleClock;
@@ -70,6 +70,9 @@ pub fn keep(world: &mut World) -> Result<PathBuf, String> {
         let recorder = TraceRecorder::create(&of_thread).map_err(|error| error.to_string())?;
         write(Box::new(recorder.every(history.every())), &scenario, &mut history, &end)
     })?;
+    if let Some(mut saved) = world.get_resource_mut::<Messages<TraceSaved>>() {
+        saved.write(TraceSaved(trace_of(&path)));
+    }
     Ok(path)
 }
 

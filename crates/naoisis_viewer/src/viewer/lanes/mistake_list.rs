@@ -17,14 +17,14 @@ pub(super) fn tell_mistakes(
     history: Res<History>,
     clock: Res<CycleClock>,
     found: Option<ResMut<FoundMistakes>>,
-    mut goals_before: Local<usize>,
+    mut told: Local<(Vec<Mistake>, Vec<(f64, Team)>)>,
 ) {
     let mistakes = lanes.tracks.mistakes();
     let goals = goals_of(&history, clock.period_s);
-    let is_new = |found: &ResMut<FoundMistakes>| found.0.len() != mistakes.len() || goals.len() != *goals_before;
-    if let Some(mut found) = found.filter(is_new) {
+    // A branch may have as many of them as the match that was shown before.
+    if let Some(mut found) = found.filter(|_| told.0 != mistakes || told.1 != goals) {
         found.0 = mistakes.iter().map(|mistake| entry_of(mistake, &goals)).collect();
-        *goals_before = goals.len();
+        *told = (mistakes.to_vec(), goals);
     }
 }
 

@@ -14,7 +14,7 @@ use crate::viewer::event_filter::EventFilter;
 use crate::viewer::event_log::LogKind;
 use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionCommand, TimelineCommand};
-use crate::viewer::theme::{bright, count, dim, minutes, problem_colour, team_colour, text_size};
+use crate::viewer::theme::{bright, count, dim, problem_colour, team_colour, text_size};
 use crate::viewer::time_axis::{Axis, BEFORE, LEGEND, ShownPart, time_ticks, upright};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::behaviour::drawings::DrawColour;
@@ -96,7 +96,6 @@ pub(super) fn show(
         }
         upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
         show_times(ui, &axis, clock.period_s, time_area);
-        let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
         let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
         if let Some(changed) = axis.changed_part(ui, &response, whole) {
             *part = changed;
@@ -115,7 +114,7 @@ pub(super) fn show(
         }
         if let Some(at) = response.hover_pos() {
             let words = hint(&lanes, clock.period_s, axis.cycle(at.x).max(0.0) as u64, row(at), reach);
-            response.on_hover_text_at_pointer(format!("{}{words}", time(axis.cycle(at.x))));
+            response.on_hover_text_at_pointer(format!("{}{words}", axis.time_at(at.x, clock.period_s)));
         }
         show_legend(ui, lanes.tracks.words());
         let others = ui.min_rect().bottom() - top - rows.inner_rect.height();

@@ -107,7 +107,7 @@ pub(super) fn marks(overlay: Overlay) -> Vec<(Color, &'static str)> {
         }
         Overlay::Beliefs => inks(&[
             (Purple, "believes itself"),
-            (Orange, "the ball"),
+            (Orange, "the ball, with a line to it"),
             (robot_ink(Team::Blue), "a blue robot"),
             (robot_ink(Team::Pink), "a pink robot"),
         ]),

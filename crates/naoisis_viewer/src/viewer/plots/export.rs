@@ -213,11 +213,12 @@ fn draw(chart: &Chart, pen: &mut impl Pen) {
                 .collect();
             pen.line(&places, colour, 1.6, is_dashed);
         }
-        let at = Vec2::new(high.x + 14.0, high.y + 10.0 + 20.0 * index as f32);
-        if at.y < low.y {
-            pen.line(&[at, at + Vec2::X * 22.0], colour, 2.5, is_dashed);
-            pen.words(&line.name, at + Vec2::new(28.0, 5.0), Anchor::Left, INK);
-        }
+        // Many curves have a denser legend, so that it is complete.
+        let step = 20.0_f32.min((low.y - high.y) / chart.lines.len() as f32);
+        let at = Vec2::new(high.x + 14.0, high.y + step * (index as f32 + 0.5));
+        // Dashes are as long as their line is wide: a thin one shows them.
+        pen.line(&[at, at + Vec2::X * 24.0], colour, if is_dashed { 1.6 } else { 2.5 }, is_dashed);
+        pen.words(&line.name, at + Vec2::new(30.0, 5.0), Anchor::Left, INK);
     }
     let corners = [low, Vec2::new(low.x, high.y), high, Vec2::new(high.x, low.y), low];
     pen.line(&corners, GREY, 1.2, false);

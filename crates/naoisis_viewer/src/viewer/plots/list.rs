@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
-use bevy_egui::egui::{self, Id, PopupCloseBehavior, Response, WidgetInfo, WidgetType};
+use bevy_egui::egui::{self, Id, Key, PopupCloseBehavior, Response, WidgetInfo, WidgetType};
 
 use super::catalogue::FieldList;
 use super::field::KnownField;
@@ -21,14 +21,20 @@ pub(super) fn show(ui: &mut egui::Ui, list: &FieldList, plots: &Plots, commands:
         let id = Id::new("wanted field");
         let mut wanted: String = ui.data(|data| data.get_temp(id)).unwrap_or_default();
         ui.set_width(WIDTH);
-        let text = egui::TextEdit::singleline(&mut wanted).hint_text("a part of its name").desired_width(WIDTH);
+        let text = egui::TextEdit::singleline(&mut wanted)
+            .hint_text("a part of its name; Enter plots the first")
+            .desired_width(WIDTH);
         let text = ui.add(text);
         text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Part of a field's name"));
+        let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         if !text.has_focus() && ui.memory(|memory| memory.focused().is_none()) {
             text.request_focus();
         }
         let found: Vec<&KnownField> = list.all().iter().filter(|field| is_meant(field, &wanted)).collect();
         ui.data_mut(|data| data.insert_temp(id, wanted));
+        if let Some(first) = found.iter().find(|field| is_entered && !plots.is_pinned(&field.field)) {
+            commands.write(PlotCommand::Toggle(first.field.clone(), None));
+        }
         if found.is_empty() {
             ui.label(dim("No field has a name with these words."));
         }

@@ -37,6 +37,8 @@ const CURVES: f32 = 92.0;
 const TIME: f32 = 15.0;
 /// The height of a line of the legend, logical pixels.
 const ENTRY: f32 = 14.0;
+/// The height of everything but the curves in a panel with one plot, logical pixels.
+const AROUND: f32 = 90.0;
 /// The height of labels of axes.
 const LETTERS: f32 = 10.5;
 /// The longest gap in cycles across which a curve is connected; a trace may contain only every few cycles.
@@ -66,8 +68,12 @@ pub(super) fn show(
     let Some(cycles) = shown.history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
     let now = shown.timeline.cursor().unwrap_or(whole[1]);
-    // Without plots, it leaves the space to the match.
-    let dock = if shown.plots.pins.is_empty() { Dock { least: EMPTY, most_share: 0.1, ..DOCK } } else { DOCK };
+    // Without plots, it leaves the space to the match. The plot with the longest legend is shown whole.
+    let most = shown.plots.pins.iter().map(|pin| pin.robots.len()).max();
+    let dock = match most {
+        None => Dock { least: EMPTY, most_share: 0.1, ..DOCK },
+        Some(most) => Dock { size: DOCK.size.max(AROUND + curves_height(most)), ..DOCK },
+    };
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         ui.horizontal(|ui| {
             ui.label(bright("Plots"));
@@ -231,7 +237,7 @@ impl Plot<'_> {
     /// Shows the curves with axes and legend. Returns the input of the mouse.
     fn show_curves(&self, ui: &mut egui::Ui) -> egui::Response {
         let subjects = self.subjects();
-        let height = CURVES.max(ENTRY * (subjects.len() + 1) as f32);
+        let height = curves_height(subjects.len());
         let size = egui::vec2(BEFORE + self.axis.width + LEGEND, height + TIME + 4.0);
         let (area, _) = ui.allocate_exact_size(size, Sense::hover());
         let corner = Pos2::new(self.axis.left, area.top() + 3.0);
@@ -323,6 +329,11 @@ impl Plot<'_> {
             ui.painter().text(beside, Align2::LEFT_CENTER, words, font.clone(), visuals.text_color());
         }
     }
+}
+
+/// The height of a plot with a number of curves, without its time axis, logical pixels: the legend is beside it.
+fn curves_height(count: usize) -> f32 {
+    CURVES.max(ENTRY * (count + 1) as f32)
 }
 
 fn rgb(Colour([red, green, blue]): Colour) -> Color32 {

@@ -127,7 +127,7 @@ pub fn commands(command: &RobotCommand, period: f32) -> Vec<Entry> {
         entries.push(entry("Asks for", text));
     }
     if let Some(intention) = command.say.as_ref().and_then(|say| say.intention.as_deref()) {
-        entries.push(entry("Intends to", intention.to_owned()));
+        entries.push(entry("Tells its team", intention.to_owned()));
     }
     entries
 }
@@ -196,7 +196,11 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
         None => believed.to_string(),
     };
     entries.push(entry("Opponents", opponents));
-    entries.push(entry("Team-mates", belief.team_mates.len().to_string()));
+    // Their list has a place for each robot that was seen: the same one may be in it more than once.
+    let known = belief.team_mates.iter().filter(|mate| mate.id.is_some()).count();
+    let seen = belief.team_mates.len() - known;
+    let only_seen = if seen > 0 { format!(", {} without a number", count(seen, "place")) } else { String::new() };
+    entries.push(entry("Team-mates", format!("{known} by messages{only_seen}")));
     entries
 }
 

@@ -13,7 +13,7 @@ use crate::viewer::camera::viewpoint::Viewpoint;
 use crate::viewer::camera::{CameraMode, ViewerCamera};
 use crate::viewer::drive::PlayedFile;
 use crate::viewer::keyframes::Keyframes;
-use crate::viewer::shared::{Notice, OpenedTrace};
+use crate::viewer::shared::{Notice, OpenedTrace, TraceSaved};
 use crate::viewer::theme::count;
 use crate::viewer::timeline::Timeline;
 use naoisis_core::geometry::{to_degrees, to_radians};
@@ -203,6 +203,20 @@ pub(super) fn keep(
     file.written = bookmarks.list().to_vec();
 }
 
+/// Writes the bookmarks of a match that is saved beside its trace.
+pub(super) fn keep_beside_trace(
+    mut saved: MessageReader<TraceSaved>,
+    bookmarks: Res<Bookmarks>,
+    mut notice: ResMut<Notice>,
+) {
+    for TraceSaved(trace) in saved.read().filter(|_| !bookmarks.list().is_empty()) {
+        let Some(path) = file_of(Some(trace), None) else { continue };
+        if let Err(error) = write(&path, bookmarks.list()) {
+            notice.tell(format!("{}: {error}; bookmarks are not saved", path.display()));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -231,6 +245,20 @@ mod tests {
         assert_eq!(found.iter().map(|bookmark| bookmark.cycle).collect::<Vec<_>>(), [30, 70]);
         assert_eq!((&found[0].marks, found[0].selected), (&bookmark(30).marks, bookmark(30).selected));
         assert!((found[0].camera.wanted.azimuth - 0.5).abs() < 1e-6 && found[0].robots_world);
+    }
+
+    #[test]
+    fn a_match_is_saved_with_its_bookmarks() {
+        let folder = tempfile::tempdir().unwrap();
+        let trace = folder.path().join("match.jsonl.zst");
+        let mut bookmarks = Bookmarks::default();
+        bookmarks.take_in(vec![bookmark(30)], &Keyframes::default());
+        let mut app = App::new();
+        app.add_message::<TraceSaved>().init_resource::<Notice>().insert_resource(bookmarks);
+        app.add_systems(Update, keep_beside_trace);
+        app.world_mut().write_message(TraceSaved(trace.clone()));
+        app.update();
+        assert_eq!(read(&file_of(Some(&trace), None).unwrap()).unwrap().len(), 1);
     }
 
     #[test]

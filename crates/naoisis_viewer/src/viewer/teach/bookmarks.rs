@@ -90,14 +90,17 @@ impl Bookmarks {
         *self = Bookmarks { list, shown: None, of: of.clone() };
     }
 
-    /// Adds a bookmark; replaces one of the same moment.
-    fn add(&mut self, bookmark: Bookmark) {
+    /// Adds a bookmark; replaces one of the same moment, but not its caption. Returns whether there was one.
+    fn add(&mut self, bookmark: Bookmark) -> bool {
         let at = self.list.partition_point(|other| other.cycle < bookmark.cycle);
-        match self.list.get_mut(at).filter(|other| other.cycle == bookmark.cycle) {
+        let same = self.list.get_mut(at).filter(|other| other.cycle == bookmark.cycle);
+        let is_replaced = same.is_some();
+        match same {
             Some(other) => *other = Bookmark { caption: core::mem::take(&mut other.caption), ..bookmark },
             None => self.list.insert(at, bookmark),
         }
         self.shown = Some(at);
+        is_replaced
     }
 
     /// The index of the next or previous bookmark, relative to the one that is shown, else to `cycle`.
@@ -154,7 +157,7 @@ fn apply(
             TeachAction::Bookmark => {
                 playback.paused = true;
                 let cycle = timeline.cursor().map_or(clock.cycle, |cursor| cursor.round() as u64);
-                bookmarks.add(Bookmark {
+                let is_replaced = bookmarks.add(Bookmark {
                     cycle,
                     caption: caption(&log, cycle, clock.period_s),
                     marks: pen.marks.clone(),
@@ -163,7 +166,10 @@ fn apply(
                     camera: **camera,
                     aspect: Some(aspect),
                 });
-                notice.tell(format!("{}; J: next one, Shift J: previous one", bookmarks.shown_words()));
+                notice.tell(match is_replaced {
+                    true => format!("{} has this view and these strokes now", bookmarks.shown_words()),
+                    false => format!("{}; J: next one, Shift J: previous one", bookmarks.shown_words()),
+                });
             }
             TeachAction::NextBookmark | TeachAction::PreviousBookmark => {
                 let forward = *action == TeachAction::NextBookmark;

@@ -13,7 +13,7 @@ use super::display_settings::is_teaching;
 use super::overlays::OverlaySystems;
 use super::pitch_frame::PitchFrameSystems;
 use super::shared::{
-    CameraSystems, KeysSystems, Notice, OpenedTrace, Playback, RobotsWorld, SelectionSystems, TeachAction,
+    CameraSystems, KeysSystems, Notice, OpenedTrace, Playback, RobotsWorld, SelectionSystems, TeachAction, TraceSaved,
     ViewerCommand,
 };
 use believed_bodies::BelievedBodies;
@@ -50,7 +50,8 @@ impl Plugin for TeachPlugin {
             .init_resource::<OpenedTrace>()
             .init_resource::<bookmark_file::BookmarkFile>()
             .add_plugins(bookmarks::BookmarksPlugin)
-            .add_systems(Update, bookmark_file::keep)
+            .add_message::<TraceSaved>()
+            .add_systems(Update, (bookmark_file::keep, bookmark_file::keep_beside_trace).chain())
             .add_systems(
                 Update,
                 (pen::apply, robots_world::apply, pen::draw).chain().after(KeysSystems).before(CameraSystems),

@@ -59,6 +59,7 @@ fn show_score(
     let size = large_letters(context);
     let width = layout::free_area(context).width();
     let clock = clock_words(&game, &clock, &playback, width > ROOM);
+    let clock = if playback.paused && width > ROOM { format!("{clock}   paused") } else { clock };
     // Beside a panel there may be no room in the middle.
     let (align, beside) = match width < BESIDE + LEAST * size {
         true => (Align2::LEFT_TOP, BESIDE / 2.0),

@@ -183,6 +183,8 @@ fn show_summary(
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.to_opaque()).show(ui, |ui| {
             let contents = egui::ScrollArea::vertical().max_height(most_height);
+            // The area would keep the height of its first frame.
+            let contents = contents.min_scrolled_height(most_height);
             // The bar is drawn over the right edge.
             let beside_bar = egui::Frame::NONE.inner_margin(egui::Margin { right: 14, ..default() });
             contents.show(ui, |ui| beside_bar.show(ui, |ui| show_contents(ui, summary, &names, letters)));
