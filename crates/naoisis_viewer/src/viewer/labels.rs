@@ -85,7 +85,7 @@ fn write_overlay_words(
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     (free, mut areas): (Res<FreeArea>, ResMut<LabelAreas>),
 ) -> Result {
-    let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::SMALL };
+    let size = if is_for_audience(&display) { text_size::TITLE } else { text_size::SMALL };
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
     // The panels may be scaled relative to the window.
@@ -109,6 +109,15 @@ fn write_overlay_words(
     Ok(())
 }
 
+/// Whether labels are large, so that they can be read from the last row: when teaching, and when others watch on a projector.
+fn is_for_audience(display: &DisplaySettings) -> bool {
+    match display.workspace {
+        Workspace::Teach => true,
+        Workspace::Watch => display.projector,
+        Workspace::Debug => false,
+    }
+}
+
 /// The free area in the last frame, logical pixels of the panels.
 fn in_panels(free: &FreeArea, context: &egui::Context) -> egui::Rect {
     let (window, zoom) = (context.content_rect().size(), context.zoom_factor());
@@ -129,8 +138,7 @@ fn draw_labels(
     (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
     (free, mut names, mut areas): (Res<FreeArea>, ResMut<NameAreas>, ResMut<LabelAreas>),
 ) -> Result {
-    // In the teaching workspace labels are large, so that they can be read from the last row.
-    let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::ENTRY };
+    let size = if is_for_audience(&display) { text_size::TITLE } else { text_size::ENTRY };
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
     // The panels may be scaled relative to the window.

@@ -9,7 +9,7 @@ use super::{MatchCommand, WatchedScenarioFile};
 use crate::viewer::display_settings::Switch;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::scenario_list;
-use crate::viewer::shared::{Action, HandAction, ViewerCommand};
+use crate::viewer::shared::{Action, HandAction, OpenedTrace, ViewerCommand};
 use crate::viewer::theme::{bright, dim};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::ball::Rolling;
@@ -40,7 +40,7 @@ pub(super) fn show(
     mut typed: Local<Typed>,
     scenario: Option<Res<Scenario>>,
     registry: Res<BehaviourRegistry>,
-    source: Res<WatchedScenarioFile>,
+    (source, trace): (Res<WatchedScenarioFile>, Option<Res<OpenedTrace>>),
     timeline: Res<Timeline>,
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
@@ -83,12 +83,15 @@ pub(super) fn show(
                 });
                 ui.end_row();
                 ui.label("");
-                ui.add(egui::Label::new(dim(source.words())).wrap());
+                let trace = trace.as_ref().and_then(|trace| trace.0.as_ref()).filter(|_| timeline.is_replay());
+                let shown = trace.map_or_else(|| source.words(), |trace| format!("the trace {}", trace.display()));
+                ui.add(egui::Label::new(dim(shown)).wrap());
                 ui.end_row();
                 ui.label("");
                 let save = egui::Button::new("Save the match");
                 let hint = "Its state, to continue it later, and its trace, as new files (Ctrl S)";
-                if ui.add_enabled(!timeline.is_replay(), save).on_hover_text(hint).clicked() {
+                let save = ui.add_enabled(!timeline.is_replay(), save).on_hover_text(hint);
+                if save.on_disabled_hover_text("A trace is saved already; a branch of it (F) can be").clicked() {
                     actions.write(Action::Hand(HandAction::KeepMatch));
                 }
                 ui.end_row();
@@ -161,7 +164,7 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
     line(ui, "Realism", hint, &realism, &words, &|name| MatchChoice::Realism(realism_of(name)));
     let Some(teams) = &scenario.teams else {
         ui.label("Robots");
-        ui.label(dim("those that the scenario lists"));
+        ui.label(dim("as the scenario lists them"));
         ui.end_row();
         return chosen;
     };
