@@ -82,6 +82,8 @@ pub struct ShownImages {
     images: BTreeMap<(RobotId, CameraName), (u64, Image)>,
     prepared: PreparedScene,
     workers: Vec<Renderer>,
+    /// The number of matches since the start of the program: images of the same cycle of two matches differ.
+    pub matches: u64,
     /// The number of images drawn since the start of the program.
     pub drawn: u64,
     /// The time for drawing the last images.
@@ -100,6 +102,7 @@ impl ShownImages {
 fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<ShownImages>) {
     *sensed = SensedScene::default();
     images.images.clear();
+    images.matches += 1;
 }
 
 /// Stores the scene that the robots sense in the current cycle.

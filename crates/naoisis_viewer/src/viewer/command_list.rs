@@ -77,7 +77,8 @@ fn entries(roster: &Roster) -> Vec<Entry> {
     all.map(|(group, name, key, action)| Entry { group, name, key, action }).collect()
 }
 
-/// The commands in whose group, name or key all words of `typed` occur. The one whose key it is comes first, then those whose name begins with it.
+/// The commands in whose group, name or key all words of `typed` occur. The one whose key it is comes first, then those whose name ends
+/// with these words, begins with them, has them where a word begins, and has them anywhere.
 fn found<'a>(entries: &'a [Entry], typed: &str) -> Vec<&'a Entry> {
     let typed = typed.trim().to_lowercase();
     let is_meant = |entry: &&Entry| {
@@ -86,9 +87,16 @@ fn found<'a>(entries: &'a [Entry], typed: &str) -> Vec<&'a Entry> {
         typed.split_whitespace().all(|word| text.contains(word))
     };
     let mut found: Vec<&Entry> = entries.iter().filter(is_meant).collect();
+    if typed.is_empty() {
+        return found;
+    }
+    // Names of scenarios have underscores between their words.
+    let spaced = |text: &str| text.to_lowercase().replace('_', " ");
+    let words = format!(" {}", spaced(&typed));
     found.sort_by_key(|entry| {
-        let name = entry.name.to_lowercase();
-        (entry.key.to_lowercase() != typed, !name.starts_with(&typed), !name.contains(&typed))
+        let name = spaced(&entry.name);
+        let [ends, begins, has] = [name.ends_with(&words), name.starts_with(words.trim_start()), name.contains(&words)];
+        (entry.key.to_lowercase() != typed, !ends, !begins, !has, !name.contains(words.trim_start()))
     });
     found
 }
@@ -178,6 +186,8 @@ mod tests {
         assert_eq!(names("BEFORE match"), ["The match before this one"]);
         assert_eq!(names("ctrl s")[0], "Save the match and its trace");
         assert_eq!(names("play match3v3")[0], "Play match3v3");
+        assert_eq!(names("collision post")[0], "Play collision_post");
+        assert_eq!(names("k1")[0], "Play k1_against_nao");
         assert_eq!(names("speed 4"), ["Speed 4×"]);
         assert_eq!(names("summary"), ["Statistics of the match"]);
         assert!(names("goal").contains(&"To the next listed event".to_owned()));

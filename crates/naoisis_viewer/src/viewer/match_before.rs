@@ -178,7 +178,7 @@ fn take(world: &mut World, leaving: Leaving) -> Before {
         undo: of(world),
         pen: of(world),
         played: of(world),
-        watched: of(world),
+        watched: of::<WatchedScenarioFile>(world).without_failed(),
         trace: of(world),
     }
 }

@@ -162,7 +162,7 @@ fn show(
                     ui.ctx().copy_text(OWN_PROGRAM.to_owned());
                 }
             });
-            ui.label(dim("plays it as blue; clients in Python, C++ and JavaScript are in the folder clients, and in Rust it is a system."));
+            ui.label(dim("plays it as blue; clients in Python, C++ and JavaScript are in the folder clients of the source code; in Rust, a behaviour is a Bevy system."));
         });
     });
     if let Some(path) = wanted {

@@ -223,9 +223,9 @@ fn apply(world: &mut World) {
             continue;
         }
         match action {
-            HandAction::Whistle => undo::act(world, Intervention::Whistle),
-            HandAction::DropBall => undo::act(world, Intervention::DropBall { position_m: Vec2::ZERO }),
-            HandAction::Intervene(intervention) => undo::act(world, intervention),
+            HandAction::Whistle => intervene(world, Intervention::Whistle),
+            HandAction::DropBall => intervene(world, Intervention::DropBall { position_m: Vec2::ZERO }),
+            HandAction::Intervene(intervention) => intervene(world, intervention),
             HandAction::PenaliseOrReturn => penalise_or_return(world),
             HandAction::Drive => driving::toggle(world),
             HandAction::KeepSituation => keep::keep_situation(world),
@@ -234,9 +234,19 @@ fn apply(world: &mut World) {
     }
 }
 
+/// Performs an intervention at the end of the next cycle, and says that it waits for one in a paused match.
+fn intervene(world: &mut World, intervention: Intervention) {
+    undo::act(world, intervention);
+    if world.get_resource::<Playback>().is_some_and(|playback| playback.paused) {
+        world.resource_mut::<Notice>().tell(format!("By hand, when the match goes on: {intervention}"));
+    }
+}
+
 fn penalise_or_return(world: &mut World) {
     let Some(robot) = world.resource::<Selection>().0 else {
-        world.resource_mut::<Notice>().tell("Select a robot first");
+        let is_empty = world.resource::<Roster>().is_empty();
+        let words = if is_empty { "This scenario has no robots" } else { "Select a robot first" };
+        world.resource_mut::<Notice>().tell(words);
         return;
     };
     let entity = world.resource::<Roster>().get(robot);
@@ -246,7 +256,7 @@ fn penalise_or_return(world: &mut World) {
     } else {
         Intervention::Penalise { robot, reason: PenaltyReason::Manual, duration_s: None }
     };
-    undo::act(world, intervention);
+    intervene(world, intervention);
 }
 
 /// Draws the intervention of the drag, and those pending until the end of the cycle.

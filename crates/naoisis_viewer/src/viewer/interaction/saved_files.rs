@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 
 use crate::viewer::branches::Place;
 use crate::viewer::keyframes::Simulator;
-use crate::viewer::new_file::{stem, write_new};
+use crate::viewer::new_file::{new_path, stem, write_new};
 use crate::viewer::shared::{Notice, OpenedTrace, TraceSaved};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::communication::MessageStatistics;
@@ -94,7 +94,9 @@ pub fn save_page(world: &mut World) -> Result<PathBuf, String> {
     place.show(world);
     let folder = world.resource::<SavedFiles>().folder.clone();
     let cycles = history.last_cycle().unwrap_or(end.cycles);
-    let path = write_new(&folder, &name(&scenario, cycles), "html", b"").map_err(|error| error.to_string())?;
+    let files = &world.resource::<SavedFiles>().files;
+    let is_taken = |path: &Path| files.iter().any(|(other, _)| other == path);
+    let path = new_path(&folder, &name(&scenario, cycles), "html", is_taken).map_err(|error| error.to_string())?;
     let of_thread = path.clone();
     match (shown, world.get_resource::<Simulator>().copied()) {
         (Some(trace), Some(Simulator(simulator))) => write_behind(world, path.clone(), move || {

@@ -151,7 +151,12 @@ pub(super) fn undo(world: &mut World) -> String {
             if let Some(index) = interventions.queue.iter().rposition(|asked| asked == act) {
                 interventions.queue.remove(index);
             } else if back.is_empty() {
-                let words = format!("Cannot be undone: {}. F starts a branch from before it", step.words());
+                let words =
+                    format!("Cannot be undone: {}. Go to a moment before it (Left), and branch (F)", step.words());
+                // What was done before stays, too: since then, the referee has placed robots and the ball. A whistle moves nothing.
+                if *act != Intervention::Whistle {
+                    world.resource_mut::<Undo>().done.push(step);
+                }
                 return words;
             } else {
                 interventions.queue.extend(back);

@@ -19,7 +19,7 @@ use super::timeline;
 use choice::MatchChoice;
 use naoisis_record::record::read_trace::ReadTrace;
 use naoisis_sim::scenario::saved_match::EXTENSION;
-use naoisis_sim::scenario::{Scenario, ScenarioFile, TeamsSpec};
+use naoisis_sim::scenario::{Scenario, ScenarioError, ScenarioFile, TeamsSpec};
 use naoisis_sim::simulation;
 use trace_reading::{TraceReading, is_reading};
 
@@ -66,6 +66,8 @@ pub struct WatchedScenarioFile {
     is_gone: bool,
     /// Whether teams, league, realism or robots were chosen in the window since.
     is_changed: bool,
+    /// Another file, which was invalid: it is opened when it changes.
+    failed: Option<(PathBuf, Option<SystemTime>)>,
 }
 
 impl WatchedScenarioFile {
@@ -74,8 +76,48 @@ impl WatchedScenarioFile {
         Self { file: Some(file.to_owned()), modified: modified(file), ..Self::default() }
     }
 
+    /// The same file, without another one that could not be opened.
+    pub(super) fn without_failed(self) -> Self {
+        Self { failed: None, ..self }
+    }
+
+    /// Notes that a file could not be opened. It may be a valid scenario the next time if its name is that of one.
+    fn note_failed(&mut self, file: &Path) {
+        let may_be_valid = file.extension().is_some_and(|ending| ending == "json" || ending == "ron") && file.exists();
+        if may_be_valid && self.file.as_deref() != Some(file) {
+            self.failed = Some((file.to_owned(), modified(file)));
+        }
+    }
+
+    /// Returns a file that has changed since it was looked at.
+    fn changed(&mut self) -> Option<PathBuf> {
+        let of_match = self.file.as_ref().map(|file| (file.clone(), &mut self.modified));
+        let failed = self.failed.as_mut().map(|(file, modified)| (file.clone(), modified));
+        self.is_gone = of_match.as_ref().is_some_and(|(file, _)| modified(file).is_none());
+        // While the file is being replaced it may not exist for a moment.
+        let (file, noted) = [of_match, failed].into_iter().flatten().find(|(file, noted)| {
+            let now = modified(file);
+            now.is_some() && now != **noted
+        })?;
+        *noted = modified(&file);
+        Some(file)
+    }
+
+    /// The name of the file, if any.
+    fn name(&self) -> Option<String> {
+        Some(self.file.as_ref()?.file_name()?.to_string_lossy().into_owned())
+    }
+
     /// The origin of the scenario, for the window.
     fn words(&self) -> String {
+        let of_match = self.words_of_match();
+        match &self.failed {
+            Some((file, _)) => format!("{of_match}. {} is opened when it has been corrected", file.display()),
+            None => of_match,
+        }
+    }
+
+    fn words_of_match(&self) -> String {
         match &self.file {
             Some(file) if self.is_gone => format!("{} is gone; the match continues", file.display()),
             Some(file) if self.is_changed => {
@@ -117,12 +159,7 @@ fn watch_file(
         return;
     }
     *since_s = 0.0;
-    let Some(file) = source.file.clone() else { return };
-    let now = modified(&file);
-    source.is_gone = now.is_none();
-    // While the file is being replaced it may not exist for a moment.
-    if now.is_some() && now != source.modified {
-        source.modified = now;
+    if let Some(file) = source.changed() {
         commands.write(MatchCommand::Open(file));
     }
 }
@@ -188,15 +225,18 @@ fn open(world: &mut World, path: &Path) -> Result<(), String> {
         note_opened(world, path);
         return Ok(());
     }
-    // The file is watched even if it is invalid: it may be valid the next time.
-    if path.exists() {
-        world.insert_resource(WatchedScenarioFile::of(path));
+    // The time of its last change is that of before it was read.
+    let watched = if path.exists() { WatchedScenarioFile::of(path) } else { WatchedScenarioFile::default() };
+    // In a file, the place says where to look; a file that is no scenario at all needs to be told what one is.
+    let words = |error: ScenarioError| if error.place().is_some() { error.headline() } else { error.to_string() };
+    let started = ScenarioFile::find(&name).map_err(words).and_then(|file| drive::start_file(world, file));
+    match started {
+        Ok(()) => world.insert_resource(watched),
+        Err(error) => {
+            world.resource_mut::<WatchedScenarioFile>().note_failed(path);
+            return Err(error);
+        }
     }
-    let file = ScenarioFile::find(&name).map_err(|error| error.headline())?;
-    if !path.exists() {
-        world.insert_resource(WatchedScenarioFile::default());
-    }
-    drive::start_file(world, file)?;
     note_opened(world, path);
     Ok(())
 }
@@ -355,6 +395,19 @@ mod tests {
         write(r#"{ "seed": 7, "robots": [{ "number": 1 }] }"#);
         frames(&mut app);
         assert_eq!((seed(&app), problem(&app)), (7, None));
+        // Another file that is invalid is not that of the match, and is opened when it has been corrected.
+        let other = folder.path().join("other.json");
+        fs::write(&other, r#"{ "sed": 8 }"#).unwrap();
+        File::options().write(true).open(&other).unwrap().set_modified(SystemTime::UNIX_EPOCH).unwrap();
+        send(&mut app, MatchCommand::Open(other.clone()));
+        let watched = app.world().resource::<WatchedScenarioFile>().clone();
+        assert!(watched.words().contains("test.json: the match restarts") && watched.words().contains("other.json is"));
+        assert!(!watched.without_failed().words().contains("other.json"));
+        fs::write(&other, r#"{ "seed": 9, "robots": [{ "number": 1 }] }"#).unwrap();
+        frames(&mut app);
+        assert_eq!((seed(&app), problem(&app)), (9, None));
+        send(&mut app, MatchCommand::Open(path.clone()));
+        assert_eq!(seed(&app), 7);
         // When the file changes, a built-in scenario is not restarted.
         app.world_mut().write_message(ViewerCommand::Load("match3v3"));
         frames(&mut app);

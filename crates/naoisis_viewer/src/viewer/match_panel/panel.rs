@@ -58,8 +58,9 @@ pub(super) fn show(
             ui.set_max_width(width);
             Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
                 let label = ui.label("Scenario").id;
-                let name = if scenario.name.is_empty() { NONE } else { &scenario.name };
-                let list = ComboBox::from_id_salt("built-in scenario").selected_text(name);
+                let of_file = source.name().unwrap_or_else(|| NONE.to_owned());
+                let name = if scenario.name.is_empty() { &of_file } else { &scenario.name };
+                let list = ComboBox::from_id_salt("built-in scenario").truncate().selected_text(name);
                 scenario_list::show(ui, list, &scenario.name, |name| {
                     viewer_commands.write(ViewerCommand::Load(name));
                 })

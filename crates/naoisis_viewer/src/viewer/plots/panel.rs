@@ -174,6 +174,9 @@ impl Plot<'_> {
         let is_reading = self.shown.plots.is_reading(&self.pin.field);
         ui.horizontal(|ui| {
             ui.label(bright(chart.heading()).size(text_size::ENTRY));
+            if self.subjects().is_empty() {
+                ui.label(dim("none of its robots is in this match: choose others under Robots").size(text_size::SMALL));
+            }
             if let Some(state) = self.shown.plots.state(&self.pin.field) {
                 ui.label(dim(state).size(text_size::SMALL));
             }
@@ -298,8 +301,10 @@ impl Plot<'_> {
         for (time_s, words) in &times.at {
             let x = self.axis.x(time_s / chart.period_s);
             ui.painter().vline(x, curves.y_range(), grid);
-            let below = Pos2::new(x, curves.bottom() + 2.0);
-            ui.painter().text(below, Align2::CENTER_TOP, words, font.clone(), weak);
+            // At the corner, the time would run into the lowest value.
+            let galley = ui.painter().layout_no_wrap(words.clone(), font.clone(), weak);
+            let left = (x - galley.size().x / 2.0).max(curves.left());
+            ui.painter().galley(Pos2::new(left, curves.bottom() + 2.0), galley, weak);
         }
         values.range
     }

@@ -134,7 +134,7 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
         return gathered.fail(first, "this program cannot replay the match");
     };
     let Some((_, moment)) = task.keyframes.before(first) else {
-        return gathered.fail(first, "there is no keyframe before this moment");
+        return gathered.fail(first, "the match is not kept from before this moment");
     };
     let mut app = simulator();
     app.insert_resource(SensingThreads(1));

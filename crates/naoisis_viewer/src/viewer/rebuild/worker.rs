@@ -197,7 +197,7 @@ impl Moments {
 
     /// Rebuilds a moment from a keyframe before it.
     fn play_from(&mut self, wanted: &Wanted, latest: u64) -> Result<RebuiltMoment, String> {
-        let nothing = || "there is no keyframe before this moment".to_owned();
+        let nothing = || "the match is not kept from before this moment".to_owned();
         let kept = wanted.keyframes.before(latest).or_else(|| wanted.keyframes.before(wanted.cycle));
         let (kept, moment) = kept.ok_or_else(nothing)?;
         let (app, of_match) = self.app.get_or_insert_with(|| {

@@ -181,8 +181,15 @@ fn show_robot(
                         }
                     }
                 });
-                ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
-                if clock.cycle > 0 {
+                // The percepts are those from before its penalty.
+                let is_off = robot.penalty.is_off_pitch();
+                let seen = if is_off {
+                    "off the pitch: it sees nothing".to_owned()
+                } else {
+                    wording::percepts(robot.percepts)
+                };
+                ui.label(dim(seen).size(text_size::SMALL));
+                if clock.cycle > 0 && !is_off {
                     unrecognised::show(ui, &missed.0, game.own_end(id.team), playback.paused);
                 }
             });

@@ -31,7 +31,8 @@ pub struct Pictures(BTreeMap<(RobotId, CameraName), Picture>);
 struct Picture {
     texture: Handle<bevy::image::Image>,
     id: TextureId,
-    cycle: u64,
+    /// The number of its match, and its cycle.
+    taken: (u64, u64),
     size: egui::Vec2,
 }
 
@@ -53,19 +54,19 @@ pub(super) fn update_pictures(
     });
     for &(id, side) in &watched.cameras {
         let Some((cycle, image)) = images.image(id, side).filter(|(_, image)| !image.is_empty()) else { continue };
-        let size = egui::vec2(image.width as f32, image.height as f32);
+        let (size, taken) = (egui::vec2(image.width as f32, image.height as f32), (images.matches, cycle));
         match pictures.get_mut(&(id, side)) {
-            Some(picture) if picture.cycle == cycle => {}
+            Some(picture) if picture.taken == taken => {}
             Some(picture) if picture.size == size => {
                 if let Some(mut texture) = textures.get_mut(&picture.texture) {
                     texture.data = Some(colours(image));
                 }
-                picture.cycle = cycle;
+                picture.taken = taken;
             }
             _ => {
                 let texture = textures.add(texture(image));
                 let texture_id = user_textures.add_image(EguiTextureHandle::Strong(texture.clone()));
-                pictures.insert((id, side), Picture { texture, id: texture_id, cycle, size });
+                pictures.insert((id, side), Picture { texture, id: texture_id, taken, size });
             }
         }
     }

@@ -127,7 +127,7 @@ pub fn commands(command: &RobotCommand, period: f32) -> Vec<Entry> {
         entries.push(entry("Asks for", text));
     }
     if let Some(intention) = command.say.as_ref().and_then(|say| say.intention.as_deref()) {
-        entries.push(entry("Tells its team", intention.to_owned()));
+        entries.push(entry("Says", intention.to_owned()));
     }
     entries
 }
