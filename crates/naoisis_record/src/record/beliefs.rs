@@ -38,7 +38,8 @@ pub struct BeliefRecorder {
     error: Option<io::Error>,
 }
 
-/// The truth at the end of a cycle, which the robots sense in the next one. It is compared with their beliefs of that next cycle.
+/// The truth at the end of a cycle, which the robots without a penalty sense in the next one. It is compared with their beliefs of that
+/// next cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Sensed {
     /// Position (m) and velocity (m/s) of the ball, pitch frame.
@@ -49,13 +50,14 @@ pub struct Sensed {
 impl Sensed {
     /// Reads the truth from `record`.
     pub fn of(record: &CycleRecord) -> Self {
+        let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
         Self {
             ball: record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate)),
-            poses: record.robots.iter().map(|robot| (robot.id, robot.pose)).collect(),
+            poses: on_pitch.map(|robot| (robot.id, robot.pose)).collect(),
         }
     }
 
-    /// Returns the pose of robot `id`, pitch frame.
+    /// Returns the pose of robot `id`, pitch frame. Returns `None` if it did not sense.
     pub fn pose(&self, id: RobotId) -> Option<Pose> {
         self.poses.iter().find(|(other, _)| *other == id).map(|(_, pose)| *pose)
     }

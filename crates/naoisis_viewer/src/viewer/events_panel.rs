@@ -182,7 +182,8 @@ fn show_events(
             let nothing = match listed.hidden {
                 _ if is_reading => "The match is being read…",
                 0 => "No events yet.",
-                _ => "No listed events yet.",
+                _ if filter.only_costly => "No mistake in the ten seconds before a goal of the others.",
+                _ => "No listed events: see Filter.",
             };
             ui.label(dim(nothing));
         }

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::camera::ViewerCamera;
 use super::layout::mouse_is_for_match;
 use super::pitch_frame::pitch_from_world;
-use super::shared::{NameAreas, Selection, SelectionCommand, SelectionSystems};
+use super::shared::{NameAreas, Notice, Selection, SelectionCommand, SelectionSystems};
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
@@ -23,14 +23,26 @@ impl Plugin for SelectionPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Selection>()
             .init_resource::<NameAreas>()
+            .init_resource::<Notice>()
             .add_message::<SelectionCommand>()
             .add_systems(Update, (click_on_robots.run_if(mouse_is_for_match), choose).chain().in_set(SelectionSystems));
     }
 }
 
-fn choose(mut choices: MessageReader<SelectionCommand>, roster: Res<Roster>, mut selection: ResMut<Selection>) {
+fn choose(
+    mut choices: MessageReader<SelectionCommand>,
+    roster: Res<Roster>,
+    mut selection: ResMut<Selection>,
+    mut notice: ResMut<Notice>,
+) {
     let ids: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
     for choice in choices.read() {
+        if let SelectionCommand::Number(team, number) = *choice
+            && !ids.contains(&RobotId { team, number })
+        {
+            notice.tell(format!("There is no {}", RobotId { team, number }));
+            continue;
+        }
         selection.0 = chosen(*choice, selection.0, &ids);
     }
     // Another match may not have this robot.
@@ -203,7 +215,6 @@ mod tests {
         assert_eq!(chosen(SelectionCommand::Next, Some(PINK), &ids), Some(BLUE));
         assert_eq!(chosen(SelectionCommand::Previous, Some(BLUE), &ids), Some(PINK));
         assert_eq!(chosen(SelectionCommand::Number(Team::Pink, 2), None, &ids), Some(PINK));
-        assert_eq!(chosen(SelectionCommand::Number(Team::Pink, 3), Some(BLUE), &ids), None);
         assert_eq!(chosen(SelectionCommand::Next, None, &[]), None);
         assert_eq!(chosen(SelectionCommand::Nobody, Some(BLUE), &ids), None);
     }

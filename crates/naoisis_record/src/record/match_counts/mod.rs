@@ -105,7 +105,7 @@ pub struct MatchCounts {
     duel: Option<Duel>,
     /// The corner of the pitch at +x and +y, m.
     corner_m: Vec2,
-    /// The last position of the ball, and those of the robots, m, pitch frame.
+    /// The last position of the ball, and those of the robots without a penalty, m, pitch frame.
     ball_m: Option<Vec2>,
     positions_m: Vec<(RobotId, Vec2)>,
     goalkeepers: PerTeam<Option<u8>>,
@@ -184,7 +184,9 @@ impl MatchCounts {
         let cycles = cycle.cycle.saturating_sub(self.last_cycle);
         self.last_cycle = cycle.cycle;
         let robots: Vec<ObservedRobot> = robots.collect();
-        let positions_m = robots.iter().map(|robot| (robot.id, robot.pose.position)).collect();
+        // A robot with a penalty senses nothing: the belief with which it returns is that of before its penalty.
+        let sensing = robots.iter().filter(|robot| !robot.is_penalised);
+        let positions_m = sensing.map(|robot| (robot.id, robot.pose.position)).collect();
         let ball_before_m = self.ball_m;
         let positions_before_m = core::mem::replace(&mut self.positions_m, positions_m);
         (self.ball_m, self.goalkeepers) = (cycle.ball_m, cycle.goalkeepers);
@@ -236,9 +238,9 @@ impl MatchCounts {
                 continue;
             }
             // Robots sense where everything was at the end of the cycle before.
-            let before = positions_before_m.iter().find(|(id, _)| *id == robot.id).filter(|_| cycles == 1);
+            let before = positions_before_m.iter().find(|(id, _)| *id == robot.id).map(|(_, position_m)| *position_m);
             let sensed = SensedPlaces {
-                robot_m: before.map_or(robot.pose.position, |(_, position_m)| *position_m),
+                robot_m: if cycles == 1 { before } else { Some(robot.pose.position) },
                 ball_m: if cycles == 1 { ball_before_m } else { cycle.ball_m },
                 own_end: cycle.own_end(robot.id.team),
             };

@@ -90,7 +90,8 @@ impl RobotCounts {
         if let Some(error_m) = sensed.pose_error_m(robot) {
             self.pose_errors.note(error_m, cycles);
         }
-        if let (Some(ball), Some(believed)) = (sensed.ball_m, robot.belief.and_then(|belief| belief.ball.as_ref())) {
+        let ball_m = sensed.ball_m.filter(|_| sensed.robot_m.is_some());
+        if let (Some(ball), Some(believed)) = (ball_m, robot.belief.and_then(|belief| belief.ball.as_ref())) {
             let believed = point_pitch_from_team(believed.position_m, sensed.own_end);
             self.ball_errors.note(f64::from(believed.distance(ball)), cycles);
         }
@@ -127,19 +128,20 @@ impl RobotCounts {
     }
 }
 
-/// The places of a robot and of the ball when the robot sensed, m, pitch frame, and the end that its team defends.
+/// The places of a robot and of the ball when the robot sensed, m, pitch frame, and the end that its team defends. Without a place of the
+/// robot, it did not sense.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct SensedPlaces {
-    pub(super) robot_m: Vec2,
+    pub(super) robot_m: Option<Vec2>,
     pub(super) ball_m: Option<Vec2>,
     pub(super) own_end: End,
 }
 
 impl SensedPlaces {
-    /// Returns the pose error of `robot`, m. `None` if it has no belief.
+    /// Returns the pose error of `robot`, m. `None` if it has no belief or did not sense.
     pub(super) fn pose_error_m(&self, robot: &ObservedRobot) -> Option<f64> {
         let believed = pitch_from_team(robot.belief?.pose, self.own_end);
-        Some(f64::from(believed.position.distance(self.robot_m)))
+        Some(f64::from(believed.position.distance(self.robot_m?)))
     }
 }
 

@@ -2,11 +2,11 @@ use super::kicks::kick;
 use super::*;
 use core::f32::consts::FRAC_PI_2;
 use naoisis_core::events::BoundaryLine;
-use naoisis_core::game::Evidence;
+use naoisis_core::game::{Evidence, PenaltyReason};
 use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Velocity;
 use naoisis_sensing::belief::Belief;
-use naoisis_sim::interface::cycle_record::{BallRecord, GameRecord, RobotRecord};
+use naoisis_sim::interface::cycle_record::{BallRecord, GameRecord, PenaltyRecord, RobotRecord};
 
 const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
@@ -174,6 +174,24 @@ fn pose_errors_have_a_mean_and_shares_of_time() {
     assert!((errors.mean_m().unwrap() - 0.5).abs() < 1e-6);
     assert_eq!((errors.over_half_m(), errors.over_1_m()), (Some(0.5), Some(0.25)));
     assert_eq!(counts.team(Team::Pink).pose_errors.mean_m(), None);
+}
+
+#[test]
+fn a_robot_that_returns_from_a_penalty_has_no_error_until_it_has_sensed() {
+    let mut counts = MatchCounts::new(&Scenario::default());
+    for cycle in 0..=4 {
+        let mut record = record(cycle, vec![]);
+        // It is put elsewhere in cycle 2, and believes so from cycle 3 on.
+        let [place, belief] = [if cycle < 2 { 0.0 } else { 2.0 }, if cycle < 3 { 0.0 } else { 2.0 }];
+        let robot = &mut record.robots[0];
+        robot.pose = Pose::new(place, 0.0, 0.0);
+        robot.belief = Some(Belief { pose: robot.pose, ..default() });
+        robot.belief.as_mut().unwrap().pose.position.x = belief;
+        robot.penalised = (cycle == 1).then_some(PenaltyRecord { reason: PenaltyReason::Pushing, time_left_s: 0.1 });
+        counts.look_at_record(&record);
+    }
+    let errors = counts.team(Team::Blue).pose_errors;
+    assert_eq!((errors.mean_m(), errors.over_half_m()), (Some(0.0), Some(0.0)));
 }
 
 #[test]

@@ -263,13 +263,15 @@ fn penalise_or_return(world: &mut World) {
 fn draw_intentions(
     drag: Res<MouseDrag>,
     interventions: Res<Interventions>,
-    (roster, playback): (Res<Roster>, Res<Playback>),
+    (roster, playback, timeline): (Res<Roster>, Res<Playback>, Res<Timeline>),
     bodies: Query<&Body>,
     balls: Query<&BallPhysics>,
     mut brush: Brush,
 ) {
     let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
-    let pending = interventions.queue.iter().map(|intention| (intention, playback.paused));
+    // They are of the present.
+    let queue = if is_live(&timeline) { &interventions.queue[..] } else { &[] };
+    let pending = queue.iter().map(|intention| (intention, playback.paused));
     for (intention, waits) in drag.intention.iter().map(|intention| (intention, false)).chain(pending) {
         if let Some(place) = place_of(*intention).filter(|_| waits) {
             brush.words(place, "when the match goes on", Color::WHITE);
