@@ -35,6 +35,8 @@ const BESIDE_LIST: f32 = 10.0;
 const DOCK: Dock = Dock { name: "events", edge: Edge::Right, size: 260.0, least: 150.0, most_share: 0.35 };
 /// How long before an event its replay starts, s.
 const RUN_UP_S: f64 = 2.0;
+/// How long before and after an event its place is marked, s.
+const MARKED_S: f64 = 3.0;
 
 /// Shows penalties and events.
 pub struct EventsPanelPlugin;
@@ -122,9 +124,12 @@ fn place_in_record(entry: &LogEntry, clock: &CycleClock, history: &mut History) 
     robot.or(record.ball.map(|ball| ball.position_m.truncate()))
 }
 
-/// Marks the position of the event, and the robots and areas of the evidence.
-fn mark_place(shown: Res<ShownEvent>, time: Res<Time<Real>>, mut brush: Brush) {
+/// Marks the position of the event, and the robots and areas of the evidence, while a moment near it is shown.
+fn mark_place(shown: Res<ShownEvent>, clock: Res<CycleClock>, time: Res<Time<Real>>, mut brush: Brush) {
     let Some((entry, place)) = &shown.0 else { return };
+    if (clock.end_time_s() - entry.time_s).abs() > MARKED_S {
+        return;
+    }
     let colour = palette::ink(DrawColour::Yellow);
     if let Some(place) = *place {
         let breath = time.elapsed_secs().fract();

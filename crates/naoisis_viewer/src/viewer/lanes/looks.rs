@@ -60,7 +60,9 @@ pub(super) fn word_looks(words: &[String]) -> Vec<WordLook> {
         let (colour, strength) = WORD_INKS[next % WORD_INKS.len()];
         let is_striped = next >= WORD_INKS.len();
         next += usize::from(!word.is_empty());
-        WordLook { is_striped, ..plain(ink(colour).gamma_multiply(strength)) }
+        // White is nearly that of a light panel.
+        let edge = (colour == DrawColour::White).then_some(Color32::from_gray(120));
+        WordLook { is_striped, edge, ..plain(ink(colour).gamma_multiply(strength)) }
     };
     words.iter().map(look).collect()
 }

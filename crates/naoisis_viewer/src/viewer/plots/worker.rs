@@ -95,7 +95,9 @@ impl Gathered<'_> {
 fn read_records(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) -> Listened {
     let mut gathered = Gathered { fields, values: Vec::new(), said };
     let [first, last] = task.cycles;
-    let mut before: Option<(u64, Sensed)> = None;
+    // The first cycle was sensed at the end of the one before, which an earlier task has read.
+    let earlier = first.checked_sub(1).and_then(|cycle| task.history.record(cycle).ok()?);
+    let mut before = earlier.map(|record| (record.cycle, Sensed::of(&record)));
     let mut next = first;
     while next <= last {
         // The record of this cycle, or the next record.
