@@ -180,12 +180,14 @@ impl RobotSample {
         let own_end = record.game.own_end(robot.id.team);
         let opponents =
             record.robots.iter().filter(|other| other.id.team != robot.id.team && other.penalised.is_none());
-        let error = robot.belief.as_ref().filter(|_| robot.penalised.is_none()).map(|belief| {
+        // A robot that has just returned from a penalty has not sensed yet.
+        let sensing = robot.belief.as_ref().filter(|_| robot.penalised.is_none()).zip(sensed.pose(robot.id));
+        let error = sensing.map(|(belief, pose)| {
             let truth = Truth {
-                pose: team_from_pitch(sensed.pose(robot.id).unwrap_or(robot.pose), own_end),
+                pose: team_from_pitch(pose, own_end),
                 ball: sensed.ball.map(|vectors| vectors.map(|vector| point_team_from_pitch(vector, own_end))),
                 opponents: opponents
-                    .map(|other| sensed.pose(other.id).unwrap_or(other.pose))
+                    .filter_map(|other| sensed.pose(other.id))
                     .map(|pose| point_team_from_pitch(pose.position, own_end))
                     .collect(),
             };
@@ -207,8 +209,10 @@ impl RobotSample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_core::game::PenaltyReason;
     use naoisis_core::team::Team;
     use naoisis_record::record::RecordPlugin;
+    use naoisis_sim::interface::cycle_record::PenaltyRecord;
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
@@ -279,6 +283,10 @@ mod tests {
         assert!(note_record(&mut samples, &mut history, 1));
         let error_m = |sample: &CycleSample| sample.robots[&BLUE].error.as_ref().map(|error| error.position_m);
         assert_eq!(samples.sample(1).and_then(error_m), Some(0.0));
+        // A robot that served a penalty did not sense: its belief is that of before.
+        let mut penalised = record(0, 9.0);
+        penalised.robots[0].penalised = Some(PenaltyRecord { reason: PenaltyReason::Pushing, time_left_s: 0.1 });
+        assert_eq!(error_m(&CycleSample::of(&record(1, 1.5), Some(&Sensed::of(&penalised)))), None);
         // Without the previous cycle's record, the belief is compared with the end of its own cycle.
         assert_eq!(error_m(&CycleSample::of(&record(1, 1.5), None)), Some(0.5));
     }
