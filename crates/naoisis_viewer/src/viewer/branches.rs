@@ -182,7 +182,7 @@ fn fork_when_known(world: &mut World) {
     }
     let rebuilt = world.resource::<Rebuilt>();
     let moment = rebuilt.moment(cycle, world.resource::<Keyframes>());
-    let why_not = rebuilt.why_not(cycle, world.resource::<Keyframes>());
+    let why_not = rebuilt.why_not(world.resource::<CycleClock>(), world.resource::<Keyframes>());
     let result = match (moment.map(|moment| (moment.is_same, moment.moment.clone())), why_not) {
         (Some((true, moment)), _) => fork(world, (cycle, moment.time_s), "", stood, |world| moment.put_back(world)),
         (Some((false, _)), _) => {

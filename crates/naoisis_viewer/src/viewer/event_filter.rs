@@ -71,7 +71,7 @@ pub struct FoundMistakes(pub Vec<LogEntry>);
 pub struct ListedEvents {
     /// The listed events.
     pub entries: Vec<LogEntry>,
-    /// The number of events of each kind, listed or not; mistakes only once they are shown.
+    /// The number of events of each kind, listed or not; mistakes only once they have been searched for.
     pub counts: BTreeMap<LogKind, usize>,
     /// The number of hidden events.
     pub hidden: usize,
@@ -110,11 +110,14 @@ fn list_events(
     let mistakes = if filter.has_mistakes() { &found.0[..] } else { &[] };
     let log = log.until(f64::INFINITY);
     let is_same = listed.of.as_ref().is_some_and(|(of, count, last, wrong)| {
-        *of == *filter && *count == log.len() && last.as_ref() == log.last() && *wrong == mistakes.len()
+        *of == *filter && *count == log.len() && last.as_ref() == log.last() && *wrong == found.0.len()
     });
     if !is_same {
-        let of = Some((filter.clone(), log.len(), log.last().cloned(), mistakes.len()));
+        let of = Some((filter.clone(), log.len(), log.last().cloned(), found.0.len()));
         *listed = ListedEvents { of, ..ListedEvents::of(&filter, log, mistakes) };
+        if !found.0.is_empty() {
+            listed.counts.insert(LogKind::Mistake, found.0.len());
+        }
     }
 }
 
@@ -204,8 +207,9 @@ impl EventFilter {
 fn choose(ui: &mut egui::Ui, filter: &mut EventFilter, listed: &ListedEvents, roster: &Roster) {
     for (kind, name) in LogKind::ALL {
         let mut is_on = !filter.hidden.contains(&kind);
+        let is_unknown = kind == LogKind::Mistake && !is_on && !listed.counts.contains_key(&kind);
         let count = listed.counts.get(&kind).copied().unwrap_or_default();
-        let words = if kind == LogKind::Mistake && !is_on { name.to_owned() } else { format!("{name} ({count})") };
+        let words = if is_unknown { name.to_owned() } else { format!("{name} ({count})") };
         let (shown, alone) = ui
             .horizontal(|ui| {
                 let shown = ui.checkbox(&mut is_on, words);

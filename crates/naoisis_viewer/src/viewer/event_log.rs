@@ -242,7 +242,10 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
                 KickType::RightStraight => "kicks with the right foot".to_owned(),
                 KickType::LeftSide => "side-kicks to the right".to_owned(),
                 KickType::RightSide => "side-kicks to the left".to_owned(),
-                KickType::Custom(_) => format!("kicks ({})", kick_type.words()),
+                KickType::Custom(_) => match kick_type.words() {
+                    words if words.ends_with("kick") => format!("kicks ({words})"),
+                    words => format!("kicks ({words} kick)"),
+                },
             };
             let result = match result {
                 KickResult::Kicked => "",

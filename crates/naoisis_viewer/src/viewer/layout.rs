@@ -199,12 +199,28 @@ fn dock<R>(context: &Context, name: &str, panel: Panel, show: impl FnOnce(&mut e
 
 /// Shows a bar along the upper edge, as high as its contents.
 pub fn bar_above<R>(context: &Context, name: &'static str, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
-    dock(context, name, Panel::top(name).resizable(false).show_separator_line(false), show)
+    bar(context, name, Panel::top(name), show)
 }
 
 /// Shows a bar along the lower edge, as high as its contents.
 pub fn bar_below<R>(context: &Context, name: &'static str, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
-    dock(context, name, Panel::bottom(name).resizable(false).show_separator_line(false), show)
+    bar(context, name, Panel::bottom(name), show)
+}
+
+fn bar<R>(context: &Context, name: &str, panel: Panel, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
+    let shown = dock(context, name, panel.resizable(false).show_separator_line(false), show);
+    let left = free_area(context);
+    context.data_mut(|data| data.insert_temp(between_bars_id(), left));
+    shown
+}
+
+/// Returns the area between the bars along the upper and the lower edge, logical pixels of the panels.
+pub fn between_bars(context: &Context) -> egui::Rect {
+    context.data(|data| data.get_temp(between_bars_id())).unwrap_or_else(|| context.content_rect())
+}
+
+fn between_bars_id() -> Id {
+    Id::new("between bars")
 }
 
 /// Sizes of the panels whose edges were dragged, by name, logical pixels of the panels.

@@ -247,14 +247,17 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, 
 }
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
-    /// The width of the list, and the height left for everything else, logical pixels.
+    /// The width of the list, and the height of the title and the button, logical pixels.
     const WIDTH: f32 = 1220.0;
-    const AROUND: f32 = 120.0;
+    const AROUND: f32 = 110.0;
 
     let context = contexts.ctx_mut()?;
-    let room = context.content_rect().size();
-    let (width, height) = (WIDTH.min(room.x - 6.0 * MARGIN).max(100.0), (room.y - AROUND).max(100.0));
-    panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
+    let window = context.content_rect();
+    // Between the bars, whose buttons stay in sight, over the other panels.
+    let between = layout::between_bars(context).y_range();
+    let (width, height) = (WIDTH.min(window.width() - 6.0 * MARGIN).max(100.0), (between.span() - AROUND).max(100.0));
+    let lower = between.center() - window.center().y;
+    panel("help", Align2::CENTER_CENTER, [0.0, lower]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
             ui.set_width(width);
             ui.label(bright("Keys").size(text_size::TITLE).strong());

@@ -86,7 +86,7 @@ fn read(
         Some(_) => Err(OTHER_MATCH.to_owned()),
         None if clock.cycle == 0 => Err("Nothing has been sensed yet.".to_owned()),
         None if !is_past && !playback.paused => Err("Known from the next cycle on.".to_owned()),
-        None => Err(why_unknown(&rebuilt, clock.cycle, &keyframes, simulator.is_some())),
+        None => Err(why_unknown(&rebuilt, &clock, &keyframes, simulator.is_some())),
     });
     shown.set_if_neq(ShownUnrecognised(found));
 }

@@ -94,8 +94,8 @@ pub(super) fn show(
             }
             let mistakes = || lanes.tracks.mistakes().iter().zip(&found.0);
             for swing in listed {
-                let reasons = reasons(swing, mistakes(), log.until(f64::INFINITY));
-                if let Some(there) = show_swing(ui, swing, &reasons) {
+                let (reasons, earlier) = reasons(swing, mistakes(), log.until(f64::INFINITY));
+                if let Some(there) = show_swing(ui, swing, &reasons, earlier) {
                     clicked = Some(there);
                 }
             }
@@ -161,8 +161,8 @@ fn show_legend(ui: &mut egui::Ui, for_s: f64) {
     });
 }
 
-/// Shows a swing with its reasons. Returns what was clicked.
-fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option<Clicked> {
+/// Shows a swing with its reasons, and the number of `earlier` ones. Returns what was clicked.
+fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry], earlier: usize) -> Option<Clicked> {
     let mut clicked = None;
     ui.separator();
     ui.horizontal(|ui| {
@@ -181,6 +181,9 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry]) -> Option
         });
     });
     ui.label(dim(other_words(swing)).size(text_size::SMALL));
+    if earlier > 0 {
+        ui.label(dim(format!("   {earlier} earlier mistakes and kicks: see the events (E)")).size(text_size::SMALL));
+    }
     for entry in reasons {
         ui.horizontal(|ui| {
             ui.add_space(10.0);

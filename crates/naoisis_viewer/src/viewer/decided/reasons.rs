@@ -7,12 +7,13 @@ use naoisis_record::whatif::chances::Swing;
 /// The greatest number of mistakes and of kicks of a swing that are listed: the last ones.
 const MOST: usize = 4;
 
-/// The mistakes and kicks of a swing, in the order of their times. `mistakes` have their entries, `log` is the whole log.
+/// The listed mistakes and kicks of a swing in the order of their times, and the number of earlier ones. `mistakes` have their
+/// entries, `log` is the whole log.
 pub(super) fn reasons<'a>(
     swing: &Swing,
     mistakes: impl Iterator<Item = (&'a Mistake, &'a LogEntry)>,
     log: &'a [LogEntry],
-) -> Vec<&'a LogEntry> {
+) -> (Vec<&'a LogEntry>, usize) {
     let costs = |mistake: &Mistake| {
         mistake.robot.team != swing.team && mistake.from_s <= swing.until_s && mistake.until_s >= swing.from_s
     };
@@ -21,7 +22,8 @@ pub(super) fn reasons<'a>(
     let kicks: Vec<&LogEntry> = log.iter().filter(|entry| entry.kind == LogKind::Kick).filter(is_then).collect();
     let mut reasons = [last(&mistakes), last(&kicks)].concat();
     reasons.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
-    reasons
+    let earlier = mistakes.len() + kicks.len() - reasons.len();
+    (reasons, earlier)
 }
 
 fn last<'a, 'b>(entries: &'b [&'a LogEntry]) -> &'b [&'a LogEntry] {
@@ -61,7 +63,12 @@ mod tests {
         let entries = mistakes.map(|mistake| entry(mistake.from_s, LogKind::Mistake));
         let log = [(9.0, LogKind::Kick), (12.0, LogKind::Kick), (13.0, LogKind::Fall)];
         let log = log.map(|(time_s, kind)| entry(time_s, kind));
-        let reasons = reasons(&swings[0], mistakes.iter().zip(&entries), &log);
-        assert_eq!(reasons.iter().map(|entry| entry.time_s).collect::<Vec<_>>(), [8.0, 12.0, 14.0]);
+        let of = |times: usize| {
+            let mistakes = (0..times).flat_map(|_| mistakes.iter().zip(&entries));
+            let (reasons, earlier) = reasons(&swings[0], mistakes, &log);
+            (reasons.iter().map(|entry| entry.time_s).collect::<Vec<_>>(), earlier)
+        };
+        assert_eq!(of(1), (vec![8.0, 12.0, 14.0], 0));
+        assert_eq!(of(3), (vec![8.0, 8.0, 12.0, 14.0, 14.0], 2));
     }
 }

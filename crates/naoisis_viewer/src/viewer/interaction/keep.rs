@@ -33,7 +33,7 @@ pub(super) fn keep_past_situation(world: &mut World) {
         }
         Some(_) => "The situation was not saved: the replayed match differs here".to_owned(),
         None => rebuilt
-            .why_not(cycle, world.resource::<Keyframes>())
+            .why_not(world.resource::<CycleClock>(), world.resource::<Keyframes>())
             .unwrap_or_else(|| "This moment is still being rebuilt: please try again".to_owned()),
     };
     world.resource_mut::<Notice>().tell(text);

@@ -264,7 +264,7 @@ fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> 
             Ok(Some(Whole { cycle, moment: moment.moment.clone(), of, asked: Vec::new(), keyframes }))
         }
         Some(_) => Err("The replayed match differs here, so it cannot be played on from this moment".to_owned()),
-        None => rebuilt.why_not(cycle, &keyframes).map_or(Ok(None), Err),
+        None => rebuilt.why_not(world.resource::<CycleClock>(), &keyframes).map_or(Ok(None), Err),
     }
 }
 

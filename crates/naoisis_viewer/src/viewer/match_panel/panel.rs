@@ -32,6 +32,8 @@ const LIST_HEIGHT: f32 = 460.0;
 #[derive(Default)]
 pub(super) struct Typed {
     path: String,
+    /// The name of the file or trace that was shown when it was typed.
+    beside: String,
 }
 
 /// Shows the panel.
@@ -86,6 +88,10 @@ pub(super) fn show(
                 ui.label("");
                 let trace = trace.as_ref().and_then(|trace| trace.0.as_ref()).filter(|_| timeline.is_replay());
                 let shown = trace.map_or_else(|| source.words(), |trace| format!("the trace {}", trace.display()));
+                if typed.beside != shown {
+                    // The file has been opened, or another one.
+                    *typed = Typed { beside: shown.clone(), ..default() };
+                }
                 ui.add(egui::Label::new(dim(shown)).wrap());
                 ui.end_row();
                 ui.label("");

@@ -29,6 +29,7 @@ use super::keyframes::{Keyframes, Simulator};
 use super::layout::LayoutSystems;
 use super::rebuild::{RebuildProgress, Rebuilt};
 use super::shared::Selection;
+use super::theme::tenths;
 use super::timeline::Timeline;
 use catalogue::{FieldList, list_fields};
 use field::{Field, KnownField, Source, Subject};
@@ -145,13 +146,14 @@ impl Plots {
     }
 
     /// Why not all values of a field are known, or how far they are known so far.
-    fn state(&self, field: &Field) -> Option<String> {
+    fn state(&self, field: &Field, clock: &CycleClock) -> Option<String> {
         let known = self.data.get(field)?;
         if let Some(fault) = &known.fault {
             return Some(format!("Earlier values are not known: {fault}."));
         }
         let job = self.job.as_ref().filter(|job| job.fields.contains(field));
-        job.map(|_| format!("Reading the match: at cycle {}…", known.until))
+        let until_s = CycleClock { cycle: known.until, ..*clock }.end_time_s();
+        job.map(|_| format!("Reading the match: at {}…", tenths(until_s)))
     }
 
     fn note(&mut self, field: &Field, values: impl IntoIterator<Item = (Subject, u64, f32)>) {

@@ -177,7 +177,7 @@ impl Plot<'_> {
             if self.subjects().is_empty() {
                 ui.label(dim("none of its robots is in this match: choose others under Robots").size(text_size::SMALL));
             }
-            if let Some(state) = self.shown.plots.state(&self.pin.field) {
+            if let Some(state) = self.shown.plots.state(&self.pin.field, &self.shown.clock) {
                 ui.label(dim(state).size(text_size::SMALL));
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

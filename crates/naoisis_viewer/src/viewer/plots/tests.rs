@@ -69,7 +69,7 @@ fn wait(app: &mut App, field: &Field, cycle: u64) {
         }
         std::thread::yield_now();
     }
-    panic!("it was never found out: {:?}", app.world().resource::<Plots>().state(field));
+    panic!("it was never found out: {:?}", app.world().resource::<Plots>().data[field]);
 }
 
 fn values(app: &App, field: &Field, cycles: core::ops::Range<u64>) -> Vec<Option<f32>> {

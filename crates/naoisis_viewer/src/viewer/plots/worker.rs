@@ -11,6 +11,7 @@ use super::read_components;
 use crate::viewer::cycle_samples::CycleSample;
 use crate::viewer::keyframes::{Keyframes, MakeApp};
 use crate::viewer::rebuild::is_same;
+use crate::viewer::theme::tenths;
 use naoisis_core::cycle::{CycleClock, try_run_cycle};
 use naoisis_record::record::beliefs::Sensed;
 use naoisis_record::record::history::History;
@@ -161,9 +162,10 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
             let record = task.history.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
             if record.is_some_and(|record| !is_same(&mut app, &record, &task.recorded)) {
                 gathered.values.clear();
+                let at = tenths(app.world().resource::<CycleClock>().end_time_s());
                 return gathered.fail(
                     cycle,
-                    format!("the replayed match differs at cycle {cycle}: its behaviours or the program have changed"),
+                    format!("the replayed match differs at {at}: its behaviours or the program have changed"),
                 );
             }
         }

@@ -20,6 +20,7 @@ use super::display_settings::DisplaySettings;
 use super::keyframes::{Keyframes, Simulator};
 use super::overlays::OverlaySystems;
 use super::shared::{Playback, Selection};
+use super::theme::tenths;
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::robot::Roster;
@@ -112,16 +113,17 @@ impl Rebuilt {
 }
 
 impl Rebuilt {
-    /// Returns the reason if the state after a cycle will not be rebuilt.
-    pub fn why_not(&self, cycle: u64, keyframes: &Keyframes) -> Option<String> {
+    /// Returns the reason if the state at a time of the match will not be rebuilt.
+    pub fn why_not(&self, clock: &CycleClock, keyframes: &Keyframes) -> Option<String> {
         if let Some(fault) = keyframes.fault() {
             return Some(format!("Not known: {fault}."));
         }
         match &self.progress {
             RebuildProgress::Failed(message) => Some(format!("Not known: {message}.")),
-            RebuildProgress::Differs(from) if cycle >= *from => Some(format!(
-                "Played again, the match is another one from cycle {from} on: its behaviours or the program have changed since, \
-                 or something was done to it by hand. Shown is what the trace has."
+            RebuildProgress::Differs(from) if clock.cycle >= *from => Some(format!(
+                "Played again, the match is another one from {} on: its behaviours or the program have changed since, \
+                 or something was done to it by hand. Shown is what the trace has.",
+                time_of(*from, clock)
             )),
             _ => None,
         }
@@ -291,14 +293,14 @@ fn read_state(world: &mut World) {
     let timeline = world.resource::<Timeline>();
     let state = if timeline.is_past() {
         let (rebuilt, keyframes) = (world.resource::<Rebuilt>(), world.resource::<Keyframes>());
-        let cycle = world.resource::<CycleClock>().cycle;
-        let moment = rebuilt.moment(cycle, keyframes);
+        let clock = world.resource::<CycleClock>();
+        let moment = rebuilt.moment(clock.cycle, keyframes);
         // While the past is being played, the last rebuilt moment is near enough.
         let moment = if world.resource::<Playback>().paused { moment } else { moment.or(rebuilt.latest.as_ref()) };
         match moment {
             Some(moment) if moment.is_same => Ok(moment.states.get(&id).cloned().unwrap_or_default()),
             Some(_) => Err(OTHER_MATCH.to_owned()),
-            None => Err(why_unknown(rebuilt, cycle, keyframes, world.contains_resource::<Simulator>())),
+            None => Err(why_unknown(rebuilt, clock, keyframes, world.contains_resource::<Simulator>())),
         }
     } else {
         let robot = world.resource::<Roster>().get(id);
@@ -311,16 +313,21 @@ fn read_state(world: &mut World) {
 pub(super) const OTHER_MATCH: &str = "The replayed match differs here: it was changed by hand, or a robot was driven.";
 
 /// Why the state of a moment is not known.
-pub(super) fn why_unknown(rebuilt: &Rebuilt, cycle: u64, keyframes: &Keyframes, can_play: bool) -> String {
+pub(super) fn why_unknown(rebuilt: &Rebuilt, clock: &CycleClock, keyframes: &Keyframes, can_play: bool) -> String {
     if !can_play {
         return "This program cannot replay the match.".to_owned();
     }
-    rebuilt.why_not(cycle, keyframes).unwrap_or_else(|| match &rebuilt.progress {
-        RebuildProgress::Until(until) if cycle > *until => {
-            format!("Replaying the match up to here: at cycle {until}…")
+    rebuilt.why_not(clock, keyframes).unwrap_or_else(|| match &rebuilt.progress {
+        RebuildProgress::Until(until) if clock.cycle > *until => {
+            format!("Replaying the match up to here: at {}…", time_of(*until, clock))
         }
         _ => "Rebuilding this moment…".to_owned(),
     })
+}
+
+/// The time at the end of a cycle, as the clock shows it.
+fn time_of(cycle: u64, clock: &CycleClock) -> String {
+    tenths(CycleClock { cycle, ..*clock }.end_time_s())
 }
 
 #[cfg(test)]

@@ -120,7 +120,9 @@ fn where_behaviours_are_others_than_those_of_the_trace_it_is_said() {
     start_replay(replay.world_mut(), trace).unwrap();
     send(&mut replay, ViewerCommand::TogglePause);
     send(&mut replay, TimelineCommand::GoTo(150));
-    let is_said = |shown: &ShownState| shown.0.as_ref().is_err_and(|why| why.contains("another one from cycle"));
+    let is_said = |shown: &ShownState| {
+        shown.0.as_ref().is_err_and(|why| why.contains("another one from 0.") && why.contains(" s on: "))
+    };
     shown_state(&mut replay, is_said);
     assert!(matches!(replay.world().resource::<Rebuilt>().progress, RebuildProgress::Differs(_)));
 }
