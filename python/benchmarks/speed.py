@@ -1,6 +1,7 @@
-"""How fast worlds are stepped, from Python: prints each figure beside what it should be, and VMAS's in the same run.
+"""Measures how fast Python steps worlds, and prints each figure beside the required one, and VMAS's speed for comparison.
 
-``python benchmarks/speed.py [seconds]`` in this folder, with an optimised build (``pip install .``) and nothing else running.
+Run ``python benchmarks/speed.py [seconds]`` in the folder ``python``, with an optimised build (``pip install .``) on a machine that runs
+nothing else. ``seconds`` is the duration of each measurement.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ IMAGE = {"cameras.render": "software", "cameras.which": "top"}
 
 
 def rate(step: Callable[[], object], each: int = 1) -> float:
-    """How many a second, the best of three measurements."""
+    """Returns how many units per second ``step`` does, if each call does ``each`` units: the best of three measurements."""
     step()
     best = 0.0
     for _ in range(3):
@@ -35,7 +36,7 @@ def rate(step: Callable[[], object], each: int = 1) -> float:
 
 
 class Timed:
-    """The compiled part of an environment, and how long it was busy, s."""
+    """Wraps the compiled part of an environment, and measures the time spent in its steps, ``busy_s``, s."""
 
     def __init__(self, inner: Any):
         self.inner, self.busy_s = inner, 0.0
@@ -50,7 +51,10 @@ class Timed:
 
 
 def vector_env(scenario: Any = "match3v3", worlds: int = 64, cycles: int = 3, **options: Any) -> tuple[float, float]:
-    """World cycles a second, some for each action, and the share of the time that Python takes."""
+    """Returns the simulated cycles per second, summed over ``worlds`` worlds, and the share of the time spent in Python.
+
+    ``cycles`` is the number of cycles for each action.
+    """
     env = naoisis.vector_env(scenario, worlds, cycles_per_step=cycles, autoreset_mode="same_step", **options)
     env.reset(seed=1)
     actions = np.random.default_rng(1).uniform(-1, 1, env.action_space.shape).astype(np.float32)
@@ -61,19 +65,20 @@ def vector_env(scenario: Any = "match3v3", worlds: int = 64, cycles: int = 3, **
 
 
 def match(cycles: int, scenario: Any = "match3v3", **options: Any) -> float:
-    """Seconds that a cycle takes in steps of so many."""
+    """Returns the duration of a cycle in a match that is stepped by ``cycles`` cycles at a time, s."""
     played = naoisis.Match(scenario, set={**options.pop("set", LONG)}, **options)
     return 1 / rate(lambda: played.step(cycles=cycles), cycles)
 
 
 def megabytes() -> float:
-    """Memory that the process has."""
+    """Returns the resident memory of this process, MB."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * resource.getpagesize() / 1e6
 
 
 def vmas() -> float | None:
-    """World steps a second of VMAS's football of three against three, 1,024 worlds in a batch; None where it is not installed."""
+    """Returns the steps per second of VMAS's football, three against three, summed over 1,024 worlds in a batch, or None if VMAS is not
+    installed."""
     try:
         import torch
         import vmas as peer
@@ -87,6 +92,7 @@ def vmas() -> float | None:
 
 
 def say(name: str, figure: str, wanted: str = "") -> None:
+    """Prints a row of the table: what was measured, the figure, and the required figure or a remark."""
     print(f"{name:68} {figure:>18}   {wanted}", flush=True)
 
 
@@ -95,18 +101,18 @@ def main() -> None:
     before = megabytes()
     kept = naoisis.vector_env("match3v3", 64, **team)
     kept.reset(seed=1)
-    say("memory of a world, 64 worlds of 3v3", f"{(megabytes() - before) / 64:.2f} MB", "at most 3 MB")
+    say("memory per world, 64 worlds of 3v3", f"{(megabytes() - before) / 64:.2f} MB", "at most 3 MB")
     del kept
     one, share = vector_env(threads=1, **team)
     say("vector_env, 3v3, 64 worlds, roles, perceptions, 1 thread", f"{one:,.0f} cycles/s", "at least 15,000")
-    say("  of which Python and copying", f"{share:.1%}", "at most 15 %")
+    say("  share of the time spent in Python and in copying", f"{share:.1%}", "at most 15 %")
     many, _ = vector_env(threads=CORES, **team)
-    say(f"  on {CORES} threads", f"{many:,.0f} cycles/s", f"{many / one:.2f} times one; at least 1.8 on two")
+    say(f"  on {CORES} threads", f"{many:,.0f} cycles/s", f"{many / one:.2f} times one thread; at least 1.8 on two")
     figure, share = vector_env(STANDING, threads=1, control="blue", observation="truth")
     alone, _ = vector_env(threads=1, cycles=1, **team)
-    say("  on 1 thread, with an action a cycle: all worlds come from main memory", f"{alone:,.0f} cycles/s")
+    say("  on 1 thread, one action per cycle (worlds do not stay in the cache)", f"{alone:,.0f} cycles/s")
     say(
-        "the same against robots that stand, without beliefs",
+        "  on 1 thread, standing robots, observation truth",
         f"{figure:,.0f} cycles/s",
         f"at least 30,000; Python {share:.1%}",
     )
@@ -127,12 +133,12 @@ def main() -> None:
         say(
             f"images of {width} x {height}, 1 thread",
             f"{figure:,.0f} images/s",
-            f"{figure / alone:.0%} of the renderer's own {alone:,.0f}; at least 80 %",
+            f"{figure / alone:.0%} of the renderer alone ({alone:,.0f}); at least 80 %",
         )
-    for name, options in (("roles against chasers", {}), ("nobody decides", {"control": ["blue", "pink"]})):
+    for name, options in (("roles against chasers", {}), ("robots without behaviour", {"control": ["blue", "pink"]})):
         alone, single = match(200, **options), match(1, **options)
         say(f"Match.step, {name}: a cycle in Rust", f"{1e6 * alone:.1f} µs")
-        say("  over that, called for each cycle", f"{1e6 * (single - alone):.1f} µs", "at most 10 µs")
+        say("  additional time if called once per cycle", f"{1e6 * (single - alone):.1f} µs", "at most 10 µs")
     played = naoisis.Match("match3v3", control=["blue2"])
     played.step(cycles=100)
     for name, look in (("perception", lambda: played.perception("blue2")), ("truth", played.truth)):

@@ -1,6 +1,6 @@
-"""A robot that looks for the ball, walks to it and kicks it at the goal: an agent for Booster's Python SDK ``boosteros``.
+"""An agent for Booster's Python SDK ``boosteros``: the robot looks for the ball, walks to it and kicks it at the goal.
 
-It plays with ``naoisis run goal.json --expect "blue.goals >= 1"``.
+``naoisis run goal.json --expect "blue.goals >= 1"`` plays a match with it, and checks that it scores.
 """
 
 import math
@@ -19,7 +19,7 @@ camera = robot.get_camera_info()
 
 
 def bearing(seen):
-    """The direction of what is seen, radians to the left of the robot."""
+    """Returns the direction of the detection ``seen`` in the robot frame, rad, positive to the left."""
     head_yaw = robot.get_joint_states()["AAHead_Yaw"].position
     return head_yaw - math.atan2(seen.bbox.center_x - camera.k[0, 2], camera.k[0, 0])
 

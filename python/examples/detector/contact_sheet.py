@@ -1,4 +1,4 @@
-"""A contact sheet of random images of a data set: ``python contact_sheet.py DATA_SET sheet.jpg``. It needs Pillow."""
+"""Writes a contact sheet of 48 random images of a data set: ``python contact_sheet.py DATA_SET sheet.jpg``. Needs Pillow."""
 
 import random
 import sys

@@ -1,14 +1,14 @@
-"""Trains a small detector of balls and robots on images of ``naoisis dataset``, on the processor, in a quarter of an hour.
+"""Trains a small detector of balls and robots on images of ``naoisis dataset``, on the CPU, in a quarter of an hour.
 
-Two data sets: one to train on, and one in other light, on another field, of another league::
+It trains on one data set and tests on another one, with other light, another field, and robots of another league::
 
     naoisis dataset hsl2026_middle --looks bright.json --size 320x240 --images 5000 --out train_set
     naoisis dataset spl2025 --looks dim.json --size 320x240 --images 500 --seed 100000 --out test_set
     python train_detector.py train_set test_set
 
-It needs PyTorch and Pillow. The network is a heat map of centres for each class with the size of the box at each (Zhou et al., Objects as
-Points, arXiv 1904.07850), with 83,000 parameters. What it finds in the second set is transfer between looks of this simulator, and says
-nothing of real images.
+Needs PyTorch and Pillow. The network has 83,000 parameters. It predicts a heat map of box centres for each class, and the size of the box
+at each centre (Zhou et al., Objects as Points, arXiv 1904.07850). The result on the second data set measures the transfer between two
+appearances of this simulator, not the transfer to real images.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from torch.nn import functional
 
 CLASSES = ["ball", "robot"]
 STRIDE = 4
-# Smaller objects are learned from, and neither count as found nor as missed, pixels.
+# The least side of a box that counts in the test, pixels. Smaller objects are in the training, but count neither as found nor as missed.
 LEAST_PX = 8
 
 
 def load(folder: Path) -> tuple[np.ndarray, list[np.ndarray]]:
-    """All images of a data set, whatever their split, and the boxes of each: class, left, top, width, height."""
+    """Returns all images of a data set, of all splits, and the boxes of each image: class, left, top, width and height, pixels."""
     images, boxes = [], []
     for path in sorted(folder.glob("*/_annotations.coco.json")):
         coco = json.loads(path.read_text())
@@ -48,7 +48,7 @@ def load(folder: Path) -> tuple[np.ndarray, list[np.ndarray]]:
 
 
 class Block(nn.Module):
-    """A convolution with normalisation, added to what comes in where both have the same shape."""
+    """A convolution with batch normalisation and ReLU, and a skip connection if input and output have the same shape."""
 
     def __init__(self, before: int, after: int, stride: int = 1, dilation: int = 1) -> None:
         super().__init__()
@@ -62,7 +62,8 @@ class Block(nn.Module):
 
 
 class Detector(nn.Module):
-    """A heat map for each class, the place of the centre within its cell, and the logarithm of width and height in cells."""
+    """The network. Its output channels are the logits of a heat map for each class, the position of the centre within its cell (x, y), and
+    the logarithms of width and height in cells. A cell has 4 x 4 pixels."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -73,7 +74,7 @@ class Detector(nn.Module):
         self.narrow = nn.Conv2d(48, 24, 1)
         self.both = Block(24, 24)
         self.head = nn.Conv2d(24, len(CLASSES) + 4, 1)
-        # Objects are rare.
+        # The initial probability of a centre is low, because objects are rare.
         nn.init.constant_(self.head.bias[: len(CLASSES)], -4.0)
 
     def forward(self, images: torch.Tensor) -> torch.Tensor:
@@ -83,7 +84,7 @@ class Detector(nn.Module):
 
 
 def in_other_light(images: np.ndarray, draw: np.random.Generator) -> np.ndarray:
-    """The images with another brightness, contrast and colour each, as cameras of other halls would see them."""
+    """Augments the images: returns them with random brightness, contrast and colour, each drawn once for an image."""
     count = len(images)
     gain = draw.uniform(0.5, 1.4, (count, 1, 1, 1)) * draw.uniform(0.8, 1.25, (count, 1, 1, 3))
     middle = images.mean((1, 2), keepdims=True, dtype=np.float32)
@@ -94,7 +95,10 @@ def in_other_light(images: np.ndarray, draw: np.random.Generator) -> np.ndarray:
 
 
 def targets(boxes: list[np.ndarray], rows: int, columns: int) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Heat maps, what the other outputs should be, and where."""
+    """Returns the target heat maps, the targets of the other four outputs, and the mask of the cells that have them.
+
+    ``rows`` and ``columns`` are the numbers of cells.
+    """
     heat = np.zeros((len(boxes), len(CLASSES), rows, columns), np.float32)
     shape = np.zeros((len(boxes), 4, rows, columns), np.float32)
     there = np.zeros((len(boxes), 1, rows, columns), np.float32)
@@ -112,11 +116,12 @@ def targets(boxes: list[np.ndarray], rows: int, columns: int) -> tuple[torch.Ten
 
 
 def loss(output: torch.Tensor, heat: torch.Tensor, shape: torch.Tensor, there: torch.Tensor) -> torch.Tensor:
+    """Returns the focal loss of the heat maps, plus the L1 loss of the other outputs in the cells that have a centre, per object."""
     logits = output[:, : len(CLASSES)]
     probability = logits.sigmoid()
     is_centre = heat == 1
     found = functional.logsigmoid(logits) * (1 - probability) ** 2 * is_centre
-    # Beside a centre less.
+    # Cells near a centre count less.
     avoided = functional.logsigmoid(-logits) * probability**2 * (1 - heat) ** 4 * ~is_centre
     count = is_centre.sum().clamp(min=1)
     return (
@@ -126,7 +131,8 @@ def loss(output: torch.Tensor, heat: torch.Tensor, shape: torch.Tensor, there: t
 
 
 def detections(output: torch.Tensor, least: float) -> list[np.ndarray]:
-    """Of each image: class, left, top, width, height and score of what was found, the surest first."""
+    """Returns the detections of each image with a score of at least ``least``, in descending order of their scores: class, left, top,
+    width, height (pixels) and score."""
     heat = output[:, : len(CLASSES)].sigmoid()
     peaks = (heat == functional.max_pool2d(heat, 3, 1, 1)) & (heat >= least)
     found = []
@@ -142,14 +148,15 @@ def detections(output: torch.Tensor, least: float) -> list[np.ndarray]:
 
 
 def overlap(one: np.ndarray, other: np.ndarray) -> float:
-    """Intersection over union of two boxes."""
+    """Returns the intersection over union of two boxes: left, top, width, height."""
     low, high = np.maximum(one[:2], other[:2]), np.minimum(one[:2] + one[2:], other[:2] + other[2:])
     common = np.prod(np.maximum(high - low, 0))
     return float(common / (np.prod(one[2:]) + np.prod(other[2:]) - common))
 
 
 def average_precision(found: list[np.ndarray], boxes: list[np.ndarray], number: int) -> tuple[float, float, float, int]:
-    """Average precision at an overlap of a half, recall and precision at a score of 0.3, and the number of objects."""
+    """Returns the average precision of the class ``number`` at an intersection over union of 0.5, recall and precision at a score of 0.3,
+    and the number of objects."""
     marks, total = [], 0
     for of_image, truth in zip(found, boxes):
         of_class = [box[1:] for box in truth if box[0] == number]
@@ -175,7 +182,7 @@ def average_precision(found: list[np.ndarray], boxes: list[np.ndarray], number: 
 
 
 def report(name: str, detector: Detector, images: np.ndarray, boxes: list[np.ndarray]) -> list[float]:
-    """Prints what is found in a data set. Returns the average precision of each class."""
+    """Prints average precision, recall and precision of each class in a data set, and returns the average precisions."""
     detector.eval()
     with torch.no_grad():
         batches = [torch.from_numpy(images[start : start + 50]) for start in range(0, len(images), 50)]
@@ -191,7 +198,7 @@ def report(name: str, detector: Detector, images: np.ndarray, boxes: list[np.nda
 
 
 def train(images: np.ndarray, boxes: list[np.ndarray], epochs: int, seed: int = 1) -> Detector:
-    """A detector that has learned from images."""
+    """Returns a detector trained on ``images`` and their ``boxes`` for ``epochs`` epochs."""
     torch.manual_seed(seed)
     order = np.random.default_rng(seed)
     detector = Detector()
@@ -225,15 +232,15 @@ def train(images: np.ndarray, boxes: list[np.ndarray], epochs: int, seed: int = 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("train", type=Path, help="a data set in COCO's layout")
-    parser.add_argument("test", type=Path, help="another, with images of the same size")
+    parser.add_argument("train", type=Path, help="the folder of the data set to train on, in COCO format")
+    parser.add_argument("test", type=Path, help="the folder of the data set to test on, with images of the same size")
     parser.add_argument("--epochs", type=int, default=6)
     arguments = parser.parse_args()
     images, boxes = load(arguments.train)
     unseen = load(arguments.test)
     detector = train(images, boxes, arguments.epochs)
-    report("seen in training", detector, images[:500], boxes[:500])
-    report("unseen, other light and field", detector, *unseen)
+    report("training images", detector, images[:500], boxes[:500])
+    report("test images, other light and field", detector, *unseen)
     torch.save(detector.state_dict(), "detector.pt")
 
 

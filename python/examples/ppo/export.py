@@ -1,8 +1,9 @@
-"""Writes a learned policy as ONNX, with its layout, for ``naoisis`` to play: ``pip install onnx``, then
-``python export.py policies/ScoreEmptyGoal-belief.npz score_empty_goal.onnx``.
+"""Converts a policy of ``main.py`` to ONNX, which naoisis plays without Python, and writes its layout (.json).
 
-``naoisis challenge ScoreEmptyGoal --policy score_empty_goal.onnx`` measures it, and ``{"behaviour": {"policy": "score_empty_goal.onnx"}}`` plays
-it in a scenario. Policies that observe beliefs only: those that observe percepts remember what they saw in NumPy (``policy.Senses``).
+``pip install onnx``, then ``python export.py policies/ScoreEmptyGoal-belief.npz score_empty_goal.onnx``.
+``naoisis challenge ScoreEmptyGoal --policy score_empty_goal.onnx`` measures the policy's success rate, and
+``{"behaviour": {"policy": "score_empty_goal.onnx"}}`` gives it to a robot of a scenario. Only policies that observe beliefs can be
+converted: the others have a memory in NumPy (``policy.Senses``).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 
 def spread(name: str) -> tuple[list[onnx.NodeProto], list[onnx.TensorProto], str]:
-    """The nodes of ``policy.spread``: each number once clipped, and once by the area sine, ln(x + sqrt(x² + 1)) of both signs."""
+    """Returns the nodes and constants that compute ``policy.spread`` of the tensor ``name``, and the name of the result."""
     numbers = {"three": 3.0, "twenty": 20.0, "one": 1.0, "least": -3.0, "most": 3.0}
     constants = [numpy_helper.from_array(np.array(value, np.float32), key) for key, value in numbers.items()]
     nodes = [
@@ -32,7 +33,8 @@ def spread(name: str) -> tuple[list[onnx.NodeProto], list[onnx.TensorProto], str
 
 
 def network(layers: list[tuple[np.ndarray, np.ndarray]]) -> onnx.ModelProto:
-    """The whole network: features, hidden layers with tanh, and the scores of the choices."""
+    """Returns the whole network: features, hidden layers with tanh, and the logits of the choices. ``layers`` has the weights and biases of
+    each."""
     numbers = layers[0][0].shape[1] // 2
     nodes, constants, signal = spread("observation")
     for index, (weight, bias) in enumerate(layers):
@@ -55,10 +57,10 @@ def network(layers: list[tuple[np.ndarray, np.ndarray]]) -> onnx.ModelProto:
 
 
 def main() -> None:
-    """Reads a policy, and writes the network and its layout."""
+    """Reads the policy, and writes the network and its layout."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("policy", type=Path, help="a file of `policies` that observes beliefs")
-    parser.add_argument("out", type=Path, help="the ONNX file")
+    parser.add_argument("policy", type=Path, help="a file in the folder `policies`, of a policy that observes beliefs")
+    parser.add_argument("out", type=Path, help="the ONNX file to write")
     arguments = parser.parse_args()
     with np.load(arguments.policy) as file:
         layers = [(file[f"weight{layer}"], file[f"bias{layer}"]) for layer in range(len(file.files) // 2)]

@@ -1,4 +1,5 @@
-"""The networks of ``striker.py`` and ``team.py``: what they make of an observation, and their layers. All of it is exported as ONNX."""
+"""The networks of ``striker.py`` and ``team.py``: features computed from an observation of beliefs, and layers. The actor, features
+included, is exported as ONNX."""
 
 from __future__ import annotations
 
@@ -9,20 +10,23 @@ import torch
 from adviser import AIMS_M, BLOCKED_M, HALF_GOAL_M, KICKS
 from torch import nn
 
-# Units of each of the two hidden layers.
+# The number of units in each of the two hidden layers.
 HIDDEN = 256
-# Centimetres count near the ball.
+# The factor of features in which centimetres matter, such as the position relative to a kick's stance.
 FINE = 5.0
-# How sharply the best aim is preferred.
+# The slope, 1/m, of the softmax that selects the aim with the most room, and of the sigmoid that says whether an opponent is near.
 AIMING = 100.0
 
 
 class Geometry(nn.Module):
-    """An observation of beliefs and, after it, numbers that follow from its places: where to stand for each kick towards the goal, and for
-    each other robot whether it is nearer to the ball and to the own goal, and whether it is in the ball's way.
+    """Appends geometric features to an observation of beliefs: the best direction for a shot, the stance (where to stand and face) for each
+    kick, and for each other robot its distances to the ball and to the own goal, compared with this robot's, and its position relative to
+    the shot.
+
+    Positions are in the robot frame, m. ``forward`` takes and returns one row for each robot.
 
     Args:
-        names: The names of the numbers of an observation.
+        names: The names of the observation's columns.
     """
 
     def __init__(self, names: Sequence[str]):
@@ -40,10 +44,10 @@ class Geometry(nn.Module):
         for name in ("cos", "sin"):
             self.register_buffer(name, torch.tensor([list(names).index(f"own.{name}")], dtype=torch.long))
         self.register_buffer("aims", torch.tensor([AIMS_M], dtype=torch.float32))
-        # The middle is better by 2 cm of room.
+        # The middle of the goal counts as if it had 2 cm more room.
         self.register_buffer("prefers", torch.tensor([[0.02 * (aim == 0) for aim in AIMS_M]], dtype=torch.float32))
         best = np.array([kick.best for kick in KICKS.values()])
-        # The robot's heading when the kick goes along the x axis.
+        # The robot's heading, as a unit vector, for which each kick sends the ball along the x axis.
         heading = np.conj(best - np.array([kick.foot for kick in KICKS.values()]))
         heading /= np.abs(heading)
         foot = np.array([kick.foot for kick in KICKS.values()])
@@ -54,6 +58,7 @@ class Geometry(nn.Module):
             self.register_buffer(f"{name}_y", torch.tensor(places.imag[None], dtype=torch.float32))
 
     def _place(self, seen: torch.Tensor, thing: str) -> tuple[torch.Tensor, torch.Tensor]:
+        """Returns the x and y coordinates of ``thing``, each with the shape (rows, objects)."""
         x, y = getattr(self, f"{thing}_x"), getattr(self, f"{thing}_y")
         return torch.index_select(seen, 1, x), torch.index_select(seen, 1, y)
 
@@ -63,7 +68,8 @@ class Geometry(nn.Module):
         known = torch.index_select(seen, 1, self.known)
         from_ball_x, from_ball_y = other_x - ball_x, other_y - ball_y
         others_ball = length(from_ball_x, from_ball_y)
-        # Places in the goal to aim at, as seen from the ball, and how much room there is to the posts and to opponents.
+        # The directions from the ball to the aims on the goal line, and the room of each: the least distance of the ball's path to a post
+        # or an opponent, minus a margin, at most 0.35 m.
         cos, sin = torch.index_select(seen, 1, self.cos), torch.index_select(seen, 1, self.sin)
         aim_x = goal_x + sin * self.aims - ball_x
         aim_y = goal_y + cos * self.aims - ball_y
@@ -78,7 +84,7 @@ class Geometry(nn.Module):
             x, y = from_ball_x[:, other : other + 1], from_ball_y[:, other : other + 1]
             along_aim = aim_x * x + aim_y * y
             free = torch.abs(aim_x * y - aim_y * x) - BLOCKED_M - 0.12 * along_aim
-            # Neither behind the ball, nor behind the goal, nor unknown.
+            # The added term makes the free distance large, so that opponents behind the ball or the goal and unknown ones do not count.
             free = free + 10 * (
                 torch.relu(-along_aim) + torch.relu(along_aim - fars - 0.2) + 1 - known[:, other : other + 1]
             )
@@ -88,13 +94,13 @@ class Geometry(nn.Module):
         way = length(way_x, way_y)
         way_x, way_y = way_x / way, way_y / way
         room, to_goal = (weights * room).sum(1, keepdim=True), (weights * fars).sum(1, keepdim=True)
-        # Where to stand, and in which direction, for each kick.
+        # The stance for each kick: where to stand, and in which direction to face.
         face_x = way_x * self.heading_x - way_y * self.heading_y
         face_y = way_x * self.heading_y + way_y * self.heading_x
         stand_x = ball_x - face_x * self.best_x + face_y * self.best_y
         stand_y = ball_y - face_x * self.best_y - face_y * self.best_x
-        # How far the robot is behind and beside this place, and what would come of each kick now: whether the foot reaches the ball, and
-        # whether the ball leaves in the direction of the goal.
+        # How far the robot is behind and beside this stance. Then, for each kick from the present position: how far the ball is inside the
+        # area that the kick reaches (negative outside), and the sine and cosine of the angle between the ball's direction and the aim.
         behind, aside = stand_x * face_x + stand_y * face_y, stand_y * face_x - stand_x * face_y
         inside_x = self.half_x - torch.abs(ball_x - self.middle_x)
         inside_y = self.half_y - torch.abs(ball_y - self.middle_y)
@@ -117,7 +123,7 @@ class Geometry(nn.Module):
         near += [room, pressed]
         to_ball, own_goal = length(ball_x, ball_y), length(own_x, own_y)
         ball_home = length(ball_x - own_x, ball_y - own_y)
-        # Of the other robots, as seen from the ball and from the own goal.
+        # The other robots, relative to the ball, to the shot and to the own goal.
         others_home = length(other_x - own_x, other_y - own_y)
         along, beside = way_x * from_ball_x + way_y * from_ball_y, way_x * from_ball_y - way_y * from_ball_x
         of_others = [to_ball - others_ball, others_ball, along, beside, own_goal - others_home]
@@ -128,12 +134,12 @@ class Geometry(nn.Module):
 
 
 def length(x: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
-    """The lengths of vectors, which are never 0."""
+    """Returns the lengths of vectors; the least is 0.001, so that they can be divided by."""
     return torch.sqrt(x * x + y * y + 1e-6)
 
 
 class Spread(nn.Module):
-    """Features as a network likes them: each once as it is, for far things, and once with its small values spread, for near ones."""
+    """Maps each feature to two: linear and clipped, to resolve large values, and logarithmically compressed, to resolve small ones."""
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
         size = features.abs()
@@ -142,10 +148,10 @@ class Spread(nn.Module):
 
 
 class Sharper(nn.Module):
-    """Scores with which less is left to chance.
+    """Multiplies logits by a constant. A factor above 1 makes a policy less random.
 
     Args:
-        by: The factor of the scores.
+        by: The factor.
     """
 
     def __init__(self, by: float):
@@ -157,11 +163,11 @@ class Sharper(nn.Module):
 
 
 class Critic(nn.Module):
-    """What situations are worth, by what a robot believes and what is true.
+    """The critic: returns the value of each row, which has a robot's observation and then the true state (privileged state).
 
     Args:
-        names: The names of the numbers of an observation.
-        truths: How many numbers the true state has.
+        names: The names of the observation's columns.
+        truths: The number of columns of the true state.
     """
 
     def __init__(self, names: Sequence[str], truths: int):
@@ -176,13 +182,19 @@ class Critic(nn.Module):
 
 
 def actor(names: Sequence[str], scores: int) -> nn.Sequential:
-    """The network that decides: from an observation to the scores of all choices."""
+    """Returns the actor: a network from observations to the logits of all choices, ``scores`` in number."""
     geometry = Geometry(names)
     return nn.Sequential(geometry, layers(geometry(torch.zeros(1, len(names))).shape[1], scores, 0.01))
 
 
 def layers(numbers: int, answers: int, gain: float) -> nn.Sequential:
-    """Two hidden layers. What comes out is small at first, by its gain."""
+    """Returns a network with two hidden layers of ``HIDDEN`` units and orthogonal initial weights.
+
+    Args:
+        numbers: The number of features before :class:`Spread`, which doubles it.
+        answers: The number of outputs.
+        gain: The gain of the output layer's initial weights: a small one makes the initial outputs small.
+    """
     linear = [nn.Linear(2 * numbers, HIDDEN), nn.Linear(HIDDEN, HIDDEN), nn.Linear(HIDDEN, answers)]
     for layer in linear:
         nn.init.orthogonal_(layer.weight, gain if layer is linear[-1] else 2**0.5)

@@ -1,4 +1,4 @@
-"""Draws the learning curves of the folder ``policies``: ``python plot.py`` writes ``curves.png`` and ``self_play.png``."""
+"""Plots the learning curves in the folder ``policies``: ``python plot.py`` writes ``curves.png`` and ``self_play.png``."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ FOLDER = Path(__file__).parent
 
 
 def rows_of(path: Path) -> list[dict[str, float]]:
-    """The rows of a curve."""
+    """Returns the rows of the learning curve in the file ``path``."""
     with open(path, newline="") as file:
         return [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(file)]
 
 
-def of_tasks(paths: list[Path]) -> None:
-    """How often one robot succeeds."""
+def plot_tasks(paths: list[Path]) -> None:
+    """Plots the success rates of single robots over the steps of training, one curve for each file in ``paths``, and writes
+    ``curves.png``."""
     figure, plot = pyplot.subplots(figsize=(7, 3.2), constrained_layout=True)
     for path in paths:
         rows = rows_of(path)
@@ -35,8 +36,9 @@ def of_tasks(paths: list[Path]) -> None:
     figure.savefig(FOLDER / "curves.png", dpi=110)
 
 
-def of_self_play(path: Path) -> None:
-    """How often a team wins that learns by self-play, against one that it never learns against."""
+def plot_self_play(path: Path) -> None:
+    """Plots how often the team trained by self-play wins against ``chasers``, a team that takes no part in training, and writes
+    ``self_play.png``."""
     rows = rows_of(path)
     steps = [row["steps"] / 1e6 for row in rows]
     records = [Record(*(int(row[name]) for name in ("won", "lost", "undecided"))) for row in rows]
@@ -61,5 +63,5 @@ def of_self_play(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    of_tasks(sorted((FOLDER / "policies").glob("ScoreEmptyGoal-*.csv")))
-    of_self_play(FOLDER / "policies" / "FirstGoal-belief.csv")
+    plot_tasks(sorted((FOLDER / "policies").glob("ScoreEmptyGoal-*.csv")))
+    plot_self_play(FOLDER / "policies" / "FirstGoal-belief.csv")

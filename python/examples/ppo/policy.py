@@ -1,4 +1,4 @@
-"""A learned policy: what it is given, and how it decides. NumPy alone; ``main.py`` learns one with PyTorch."""
+"""Features and inference of the policies that ``main.py`` trains, and their success rate. Needs only NumPy and naoisis."""
 
 from __future__ import annotations
 
@@ -8,15 +8,20 @@ from typing import Any, Protocol
 
 import numpy as np
 
+# The age at which a remembered position is forgotten, and the duration of a step, s.
 FORGOTTEN_S = 10.0
 STEP_S = 0.1
 
 
 class Senses:
-    """What a policy is given: the observation, and beside it where things were seen last, carried along by the robot's own steps.
+    """Computes the features of a policy: the observation and, if it is a ``perception``, the last seen position of each object, corrected
+    by odometry.
 
-    Of beliefs nothing needs to be remembered: the estimator has done so. The memory of a robot is a row for each thing: where it
-    is, m, and how long ago it was seen, s.
+    Observations of beliefs need no memory, because the built-in estimator has one. The memory has the shape (robots, objects, 3): the
+    position of each object, robot frame, m, and the time since it was last seen, s.
+
+    Args:
+        names: The names of the observation's columns.
     """
 
     def __init__(self, names: Sequence[str]):
@@ -27,13 +32,13 @@ class Senses:
         self.numbers = len(names) + 3 * len(self.things)
 
     def begin(self, rows: int) -> np.ndarray:
-        """The memory of so many robots that have seen nothing yet."""
+        """Returns the memory of ``rows`` robots at the start of an episode, when nothing has been seen."""
         memory = np.zeros((rows, len(self.things), 3), np.float32)
         memory[..., 2] = FORGOTTEN_S
         return memory
 
     def __call__(self, observations: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The features of robots that observe this, and what they remember then."""
+        """Returns the features and the updated memory, one row for each robot."""
         if not self.things:
             return observations, memory
         x, y, turn = (observations[:, index, None] for index in self.step)
@@ -50,23 +55,29 @@ class Senses:
 
 
 def spread(features: np.ndarray) -> np.ndarray:
-    """Features as a network likes them: each once as it is, for far things, and once with its small values spread, for near ones."""
+    """Returns each feature twice: linear and clipped, to resolve large values, and logarithmically compressed, to resolve small ones."""
     return np.concatenate([np.clip(features / 3, -3, 3), np.arcsinh(20 * features) / 3], axis=1).astype(np.float32)
 
 
 class Policy(Protocol):
-    """What decides for robots from their observations, row by row."""
+    """A policy: returns the actions for ``observations``, one row for each robot. It may have a memory."""
 
     def __call__(self, observations: np.ndarray) -> np.ndarray: ...
 
     def begin(self, over: np.ndarray) -> None:
-        """The episodes of these rows are over."""
+        """Clears the memory of the robots whose episodes are over. ``over`` is a boolean mask of the rows."""
 
 
 class Learned:
-    """A policy of a file: decides for robots from their observations, row by row, and remembers for each what it needs.
+    """A trained policy: returns the actions for observations, one row for each robot, and keeps a memory for each.
 
-    It draws its actions by their probabilities, as it did when it learned: who always does the likeliest may do it for ever.
+    Actions are drawn from the policy's distribution, as in training. A policy that always took the most probable action could repeat it for
+    ever.
+
+    Args:
+        path: The file that ``main.py`` wrote.
+        names: The names of the observation's columns.
+        seed: The seed of the draws.
 
     >>> policy = Learned("policies/ScoreEmptyGoal-belief.npz", envs.observation_names)
     >>> actions = policy(observations)
@@ -79,7 +90,7 @@ class Learned:
         self.memory = self.senses.begin(0)
 
     def begin(self, over: np.ndarray) -> None:
-        """Forgets what the robots of these rows remember: their episodes are over."""
+        """Clears the memory of the robots whose episodes are over. ``over`` is a boolean mask of the rows."""
         self.memory[over] = self.senses.begin(int(over.sum()))
 
     def __call__(self, observations: np.ndarray) -> np.ndarray:
@@ -90,20 +101,21 @@ class Learned:
         for weight, bias in self.layers[:-1]:
             signal = np.tanh(signal @ weight.T + bias)
         weight, bias = self.layers[-1]
-        # Gumbel's way of drawing from a softmax.
+        # The Gumbel-max trick: the index of the largest sum of logit and Gumbel noise is a sample from the softmax.
         return np.argmax(signal @ weight.T + bias + self.random.gumbel(size=(len(signal), len(bias))), axis=1)
 
 
 def success_rate(
     task: str, observation: str, policy: Policy, episodes: int, seed: int = 1_000_000, **options: Any
 ) -> float:
-    """The share of so many episodes that are a success. The options are those of the worlds."""
+    """Returns the share of successful ones among at least ``episodes`` episodes of ``task``. ``options`` are those of
+    :func:`naoisis.vector_env`."""
     import naoisis
 
     options = {"observation": observation, "action": "discrete", "autoreset_mode": "same_step", **options}
     envs = naoisis.vector_env(task, min(episodes, 32), **options)
     seen, _ = envs.reset(seed=seed)
-    # Each world plays as many, so that quick ones do not count more.
+    # Each world plays the same number of episodes: otherwise, short episodes would be overrepresented.
     left = np.full(envs.num_envs, -(-episodes // envs.num_envs))
     ends: list[bool] = []
     while (left > 0).any():

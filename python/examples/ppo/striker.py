@@ -1,7 +1,8 @@
-"""A striker learns to score against a goalkeeper, from its beliefs, and is written as ONNX: ``pip install "naoisis[torch]"``, then
+"""Trains a striker to score against a goalkeeper, and writes its policy as ONNX: ``pip install "naoisis[torch]"``, then
 ``python striker.py --out striker.onnx``.
 
-``learner.py`` says how it learns; ``naoisis challenge ScoreAgainstKeeper --policy striker.onnx`` measures it.
+The policy observes the robot's beliefs. ``learner.py`` has the algorithms: imitation, then PPO.
+``naoisis challenge ScoreAgainstKeeper --policy striker.onnx`` measures the policy's success rate.
 """
 
 from __future__ import annotations
@@ -20,14 +21,15 @@ from torch import nn
 import naoisis
 
 WORLDS = 256
-# A goal is worth more than all the way to it.
+# The weights of the reward's terms. A goal counts more than all shaping rewards (robot to ball, ball to goal) together.
 REWARD = {"success": 2.0, "ball_to_goal": 0.3, "to_ball": 0.2, "time": -0.01}
-# When it plays, it draws its choices from these times the scores that it learned with: less is left to chance.
-SHARPER = 4.0
+# The factor of the logits in the exported policy, which draws its choices: a factor above 1 makes the policy less random than in training.
+LOGIT_SCALE = 4.0
 
 
 def learn(task: str, realism: str, steps: int, seed: int, out: Path) -> None:
-    """Learns for so many steps of all worlds together, and writes the policy, its layout, and the curve."""
+    """Trains on ``task`` for ``steps`` environment steps, summed over all worlds, and writes the policy ``out``, its layout (.json), and
+    its learning curve (.csv)."""
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     worlds = Worlds(task, WORLDS, seed, realism=realism, reward=REWARD)
@@ -37,12 +39,15 @@ def learn(task: str, realism: str, steps: int, seed: int, out: Path) -> None:
     curve: list[tuple[object, ...]] = [("steps", "minutes", "success")]
     learner.imitate()
     for update in range(updates):
-        learner.learn(learner.play(), 1 - update / updates, update >= settings.first)
+        learner.learn(learner.play(), 1 - update / updates, update >= settings.critic_updates)
         if update % 5 == 4 or update == updates - 1:
-            minutes, share = (time.monotonic() - begun) / 60, float(np.mean(worlds.ends[-500:] or [0]))
+            minutes, share = (time.monotonic() - begun) / 60, float(np.mean(worlds.successes[-500:] or [0]))
             curve.append(((update + 1) * settings.steps * WORLDS, round(minutes, 2), round(share, 4)))
-            print(f"{minutes:6.1f} min {curve[-1][0]:>9,} steps {share:6.1%} of the last 500 episodes", flush=True)
-    naoisis.export_policy(nn.Sequential(learner.choice, Sharper(SHARPER)), out, worlds.envs, choice="drawn")
+            print(
+                f"{minutes:6.1f} min {curve[-1][0]:>9,} steps {share:6.1%} of the last 500 episodes were a success",
+                flush=True,
+            )
+    naoisis.export_policy(nn.Sequential(learner.actor, Sharper(LOGIT_SCALE)), out, worlds.envs, choice="drawn")
     with open(out.with_suffix(".csv"), "w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(curve)
 

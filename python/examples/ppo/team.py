@@ -1,8 +1,9 @@
-"""A team of three learns to play matches, from beliefs, and is written as ONNX: ``pip install "naoisis[torch]"``, then
+"""Trains a team of three to play matches, and writes its policy as ONNX: ``pip install "naoisis[torch]"``, then
 ``python team.py --out learned.onnx``.
 
-``learner.py`` says how it learns: in some worlds against itself, in the others against built-in teams. One network decides for each robot by
-what this robot believes. ``naoisis batch match3v3 --pairs policy:learned.onnx,roles`` measures it.
+One policy decides for each robot, from this robot's beliefs alone. ``learner.py`` has the algorithms: imitation, then PPO, in some worlds
+by self-play, in the others against built-in teams. ``naoisis batch match3v3 --pairs policy:learned.onnx,roles`` measures the policy's
+results.
 """
 
 from __future__ import annotations
@@ -17,32 +18,33 @@ from learner import Learner, Settings, Worlds
 
 import naoisis
 
-# Worlds in which it plays against itself, and against the built-in teams.
-ITSELF, BUILT_IN, OPPONENTS = 24, 40, ["roles", "passers"]
-# A goal is worth more than all the way to it.
+# The number of worlds of self-play and of worlds against built-in teams, and these teams.
+SELF_PLAY, BUILT_IN, OPPONENTS = 24, 40, ["roles", "passers"]
+# The weights of the reward's terms. A goal counts more than the ball's whole way to the goal.
 REWARD = {"score": 2.0, "ball_to_goal": 0.3}
-# Steps of a match of twenty minutes.
-MATCH = 12_000
+# Steps of a match of 20 minutes.
+MATCH_STEPS = 12_000
 
 
 def learn(realism: str, steps: int, seed: int, out: Path) -> None:
-    """Learns for so many steps of all robots together, and writes the policy, its layout, and the curve."""
+    """Trains for ``steps`` environment steps, summed over all learning robots, and writes the policy ``out``, its layout (.json), and its
+    learning curve (.csv)."""
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     same = {"realism": realism, "reward": REWARD}
     worlds = [
-        Worlds("match3v3", ITSELF, seed, control=["blue", "pink"], **same),
+        Worlds("match3v3", SELF_PLAY, seed, control=["blue", "pink"], **same),
         Worlds("match3v3", BUILT_IN, seed + 1_000_000, control=["blue"], opponents=OPPONENTS, **same),
     ]
-    imitation = {"rounds": 120, "round_steps": 32, "round_updates": 150, "round_rows": 1024, "sharper": 3.0}
-    settings = Settings(**imitation, steps=256, epochs=2, rate=1e-4, entropy=0.0, clip=0.1, first=6)
+    imitation = {"rounds": 120, "round_steps": 32, "round_updates": 150, "round_minibatch": 1024, "logit_scale": 3.0}
+    settings = Settings(**imitation, steps=256, epochs=2, rate=1e-4, entropy=0.0, clip=0.1, critic_updates=6)
     learner = Learner(worlds, seed, settings)
-    begun, updates = time.monotonic(), steps // (settings.steps * sum(len(of.seen) for of in worlds))
+    begun, updates = time.monotonic(), steps // (settings.steps * sum(len(of.observations) for of in worlds))
     curve: list[tuple[object, ...]] = [("steps", "minutes", "goals", "goals against")]
 
     def write() -> None:
         note = "learned by python/examples/ppo/team.py"
-        naoisis.export_policy(learner.choice, out, worlds[1].envs, choice="drawn", note=note)
+        naoisis.export_policy(learner.actor, out, worlds[1].envs, choice="drawn", note=note)
         with open(out.with_suffix(".csv"), "w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows(curve)
 
@@ -50,12 +52,15 @@ def learn(realism: str, steps: int, seed: int, out: Path) -> None:
     write()
     for update in range(updates):
         batch = learner.play()
-        learner.learn(batch, 1 - update / updates, update >= settings.first)
+        learner.learn(batch, 1 - update / updates, update >= settings.critic_updates)
         if update % 10 == 9 or update == updates - 1:
-            minutes, goals = (time.monotonic() - begun) / 60, worlds[1].goals_per_match(MATCH)
-            done = (update + 1) * len(batch["seen"])
+            minutes, goals = (time.monotonic() - begun) / 60, worlds[1].goals_per_match(MATCH_STEPS)
+            done = (update + 1) * len(batch["observation"])
             curve.append((done, round(minutes, 2), *goals.round(2)))
-            print(f"{minutes:6.1f} min {done:>11,} steps, goals in 20 min: {goals[0]:.2f} : {goals[1]:.2f}", flush=True)
+            print(
+                f"{minutes:6.1f} min {done:>11,} steps, goals against built-in teams in 20 min: {goals[0]:.2f} : {goals[1]:.2f}",
+                flush=True,
+            )
             write()
 
 

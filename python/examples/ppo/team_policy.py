@@ -1,5 +1,5 @@
-"""A policy for the robots of a team: what it is given, how it decides, and how it does against others. NumPy alone; ``self_play.py`` learns
-one with PyTorch."""
+"""Features and inference of the policies that ``self_play.py`` trains, and their results against built-in teams. Needs only NumPy and
+naoisis."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from adviser import HALF_GOAL_M, KICKS, Adviser, unit
 
-# How much likelier than another the advised choice is as long as nothing has been learned, as a logit: of the three walks, and of the kick.
-# Of five choices that takes the advised walk about half of the time, so that all of it is followed in an eighth of the steps.
-LEANING = np.repeat(np.array([1.5, 1.5, 1.5, 3.0], np.float32), 5)
+# What is added to the logit of the advised choice, in each of the four lists of five choices: walk forward, walk left, turn, and kick. With
+# equal other logits, each advised walk is drawn in about half of the steps and the advised kick in five sixths, all four together in an
+# eighth.
+ADVICE_LOGITS = np.repeat(np.array([1.5, 1.5, 1.5, 3.0], np.float32), 5)
 
 
 class Senses:
-    """What a policy is given: a robot's belief, the same as seen from the ball towards the goal, what each kick would do, and advice.
+    """Computes the features of a policy: the observation, positions relative to the ball in the direction of the goal, the result of each
+    kick, and the adviser's choices.
 
     Args:
-        names: The names of the numbers of an observation.
+        names: The names of the observation's columns.
     """
 
     def __init__(self, names: Sequence[str]):
@@ -34,7 +36,7 @@ class Senses:
         self.numbers = self(np.zeros((1, len(names)), np.float32)).shape[1]
 
     def __call__(self, observations: np.ndarray) -> np.ndarray:
-        """What a network is given of robots that observe this, row by row. Its last numbers are the advice."""
+        """Returns the features, one row for each robot. The last 20 columns are the advised choices, one-hot, in four lists of five."""
         place = {thing: observations[:, x] + 1j * observations[:, y] for thing, (x, y) in self.place.items()}
         ball, goal = place["ball"], place["goal"]
         aim = unit(goal - ball)
@@ -49,7 +51,8 @@ class Senses:
         )
 
     def _kicks(self, observations: np.ndarray, ball: np.ndarray, goal: np.ndarray) -> list[np.ndarray]:
-        """Of each kick, whether the ball lies right for it, and by how much it then passes both posts inside, as sines."""
+        """Returns three columns for each kick: whether its foot reaches the ball and, if so, three times the sines of the angles between
+        the ball's direction and the left and right post, positive inside the goal."""
         cos, sin = (observations[:, index] for index in self.own)
         across = 1j * HALF_GOAL_M * (cos - 1j * sin)
         left_post, right_post = unit(goal + across - ball), unit(goal - across - ball)
@@ -65,22 +68,22 @@ class Senses:
 
 
 def parts(numbers: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The real and imaginary parts of complex numbers."""
+    """Returns the real and imaginary parts of complex arrays, alternately."""
     return [part for number in numbers for part in (number.real, number.imag)]
 
 
 def spread(features: np.ndarray) -> np.ndarray:
-    """Features as a network likes them: each once as it is, for far things, and once with its small values spread, for near ones."""
+    """Returns each feature twice: linear and clipped, to resolve large values, and logarithmically compressed, to resolve small ones."""
     return np.concatenate([np.clip(features / 3, -3, 3), np.arcsinh(20 * features) / 3], axis=1).astype(np.float32)
 
 
 class TeamPolicy:
-    """A policy of a file: decides for robots from their beliefs, row by row, by drawing from what it thinks likely.
+    """A trained policy: returns actions for observations of beliefs, one row for each robot, drawn from the policy's distribution.
 
     Args:
-        path: The file.
-        names: The names of the numbers of an observation.
-        seed: Of the draw.
+        path: The file that ``self_play.py`` wrote.
+        names: The names of the observation's columns.
+        seed: The seed of the draws.
 
     >>> policy = TeamPolicy("policies/FirstGoal-belief.npz", envs.observation_names)
     >>> actions = policy(observations)
@@ -90,7 +93,7 @@ class TeamPolicy:
         self.random = np.random.default_rng(seed)
         with np.load(path) as file:
             arrays = {name: file[name] for name in file.files}
-        # How many choices there are, list by list.
+        # The number of choices in each list.
         self.sizes = arrays.pop("sizes")
         arrays = {name: array.astype(np.float32) for name, array in arrays.items()}
         self.layers = [(arrays[f"weight{layer}"], arrays[f"bias{layer}"]) for layer in range(len(arrays) // 2)]
@@ -98,18 +101,18 @@ class TeamPolicy:
 
     def __call__(self, observations: np.ndarray) -> np.ndarray:
         signal = self.senses(observations)
-        scores = LEANING * signal[:, -len(LEANING) :]
+        scores = ADVICE_LOGITS * signal[:, -len(ADVICE_LOGITS) :]
         for weight, bias in self.layers[:-1]:
             signal = np.tanh(signal @ weight.T + bias)
         weight, bias = self.layers[-1]
-        # Gumbel's way of drawing from a softmax.
+        # The Gumbel-max trick: the index of the largest sum of logit and Gumbel noise is a sample from the softmax.
         scores = scores + signal @ weight.T + bias + self.random.gumbel(size=scores.shape)
         return np.stack([part.argmax(axis=1) for part in np.split(scores, np.cumsum(self.sizes)[:-1], axis=1)], axis=1)
 
 
 @dataclass(frozen=True)
 class Record:
-    """How many episodes were won, lost, and neither."""
+    """The numbers of episodes that were won, lost, and undecided."""
 
     won: int
     lost: int
@@ -117,12 +120,12 @@ class Record:
 
     @property
     def share(self) -> float:
-        """The share of the decided episodes that were won."""
+        """The share of won episodes among the decided ones (won or lost)."""
         return self.won / max(self.won + self.lost, 1)
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's interval of that share, with 95 % confidence."""
+        """The 95 % Wilson confidence interval of ``share``."""
         decided, z = max(self.won + self.lost, 1), 1.96
         middle = (self.share + z**2 / (2 * decided)) / (1 + z**2 / decided)
         half = z / (1 + z**2 / decided) * (self.share * (1 - self.share) / decided + z**2 / (4 * decided**2)) ** 0.5
@@ -135,12 +138,16 @@ class Record:
 
 
 def play(task: str, policy: Callable[[np.ndarray], np.ndarray], opponents: str, episodes: int, seed: int) -> Record:
-    """What comes of so many episodes in which a policy plays a whole team against a built-in one, half of them from each side."""
+    """Returns the record of ``policy``, which controls a whole team, in at least ``episodes`` episodes of ``task`` against the built-in
+    team ``opponents``.
+
+    It plays half of the episodes as blue and half as pink. ``seed`` is the seed of the first world.
+    """
     import naoisis
 
     ends: list[float] = []
     for side in ("blue", "pink"):
-        # Each world plays as many, so that quick ones do not count more.
+        # Each world plays the same number of episodes: otherwise, short episodes would be overrepresented.
         worlds = min(-(-episodes // 2), 25)
         left = np.full(worlds, -(-episodes // (2 * worlds)))
         envs = naoisis.vector_env(
@@ -157,7 +164,7 @@ def play(task: str, policy: Callable[[np.ndarray], np.ndarray], opponents: str, 
         seen, _ = envs.reset(seed=seed)
         while (left > 0).any():
             seen, rewards, terminated, truncated, _ = envs.step(policy(seen))
-            # Both robots of a world have the same score.
+            # Both robots of a team get the same reward, so that of the first one suffices.
             over, score = (array.reshape(worlds, -1)[:, 0] for array in (terminated | truncated, rewards))
             ends += score[over & (left > 0)].tolist()
             left[over] -= 1

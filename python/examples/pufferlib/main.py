@@ -1,7 +1,8 @@
-"""PufferLib's way: worlds write into slices of buffers that the learner owns, in place. ``python main.py [steps]``
+"""An environment for PufferLib 3, whose worlds write directly into the learner's buffers: ``python main.py [steps]`` takes random actions
+in it.
 
-PufferLib 3 lays agents along the batch and hands each environment its part of one shared buffer; ``step_into`` fills exactly that.
-This is such an environment, and runs without PufferLib, too: then it makes the buffers itself.
+PufferLib gives each environment its slice of one shared buffer, with one row for each agent, and ``step_into`` fills this slice. The
+example also runs without PufferLib: it then allocates the buffers itself.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ try:
 except ImportError:
 
     class PufferEnv:
-        """What PufferLib's own does for an environment: buffers of the right shapes."""
+        """A replacement for PufferLib's class: allocates buffers of the right shapes."""
 
         def __init__(self, buf: SimpleNamespace | None = None):
             rows, space = self.num_agents, self.single_observation_space
@@ -33,7 +34,7 @@ except ImportError:
 
 
 class Soccer(PufferEnv):
-    """Many worlds of a task, as one environment with many agents."""
+    """``worlds`` worlds of ``task`` as one environment. Its agents are the robots of team blue in all worlds."""
 
     def __init__(
         self, task: str = "TwoOnTwo", worlds: int = 16, buf: SimpleNamespace | None = None, seed: int = 0, **options
@@ -47,10 +48,12 @@ class Soccer(PufferEnv):
         super().__init__(buf)
 
     def reset(self, seed: int | None = None):
+        """Starts an episode in each world, and returns the observations and an empty list of infos."""
         self.observations[:] = self.envs.reset(seed=seed)[0]
         return self.observations, []
 
     def step(self, actions: np.ndarray):
+        """Steps all worlds, and returns the filled buffers and, if an episode has ended, a list with the share of successful ones."""
         info = self.envs.step_into(actions, self.observations, self.rewards, self.terminals, self.truncations)
         success = [{"success": float(info["final_info"]["success"][info["_final_info"]].mean())}] if info else []
         return self.observations, self.rewards, self.terminals, self.truncations, success
@@ -60,7 +63,7 @@ class Soccer(PufferEnv):
 
 
 def main(steps: int = 1000) -> float:
-    """Plays so many steps by chance. The mean reward."""
+    """Plays ``steps`` steps with random actions, and returns the mean reward."""
     env, random = Soccer(observation="belief"), np.random.default_rng(1)
     env.reset(seed=1)
     rewards = [

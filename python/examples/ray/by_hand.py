@@ -1,6 +1,6 @@
-"""A behaviour by hand, with parameters that can be tuned: to the ball, round it, and a kick at the goal. NumPy alone.
+"""A hand-written behaviour: the robot walks to the ball, round it, and kicks it at the goal. ``tune.py`` optimises its parameters.
 
-``tune.py`` tunes it.
+Needs only NumPy.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-# Where the ball must lie for each kick, robot frame, m: the least and the greatest x and y; and the tip of the foot, from which it leaves.
+# For each kick, robot frame, m: the least and greatest x and the least and greatest y of a ball that the foot reaches, and the position of
+# the tip of the foot as x + 1j * y. The ball leaves in the direction from the tip to the ball.
 KICKS = {
     "left_straight": ((0.10, 0.20), (0.00, 0.10), 0.10 + 0.05j),
     "right_straight": ((0.10, 0.20), (-0.10, 0.00), 0.10 - 0.05j),
@@ -19,15 +20,17 @@ KICKS = {
 
 
 class Kicker:
-    """Decides for robots from their beliefs, row by row, as discrete actions. Places are complex numbers, robot frame, m.
+    """Returns discrete actions for observations of beliefs, one row for each robot. Positions are complex numbers ``x + 1j * y``, robot
+    frame, m.
 
     Args:
-        names: The names of the numbers of an observation.
+        names: The names of the observation's columns.
         actions: The names of the actions.
-        behind_m: How far behind the ball it gets into line with ball and goal, m.
-        aim_deg: How well it must be in line before it walks up to the ball, deg.
-        turn_deg: From which angle on it turns on the spot, deg.
-        goal_m: How far to either side of the goal's middle a kick may go, m.
+        behind_m: The distance behind its stance at the ball at which the robot aligns itself with ball and goal, m.
+        aim_deg: The greatest angle between the robot's heading and the direction from ball to goal with which it walks up to the ball,
+            degrees.
+        turn_deg: The angle to its target from which the robot turns on the spot, degrees.
+        goal_m: The greatest distance of a kick's target from the middle of the goal, m.
     """
 
     def __init__(
@@ -45,18 +48,20 @@ class Kicker:
         self.goal_m = goal_m
 
     def begin(self, over: np.ndarray) -> None:
-        """It remembers nothing of episodes that are over."""
+        """Does nothing: the behaviour has no memory. ``over`` is a mask of the rows whose episodes are over."""
 
     def _place(self, observations: np.ndarray, thing: str) -> np.ndarray:
+        """Returns the believed position of ``thing``."""
         return observations[:, self.index[f"{thing}.x"]] + 1j * observations[:, self.index[f"{thing}.y"]]
 
     def __call__(self, observations: np.ndarray) -> np.ndarray:
+        """Returns the index of the action of each robot."""
         ball, goal = self._place(observations, "ball"), self._place(observations, "goal")
         known = observations[:, self.index["ball.known"]] > 0.5
         way = goal - ball
         ahead = way / np.maximum(np.abs(way), 1e-6)
         ball_ahead = ball * ahead.conj()
-        # Where it stands in line: the ball before one of its feet.
+        # The stance from which the robot kicks at the goal: one of its feet is behind the ball.
         foot = np.where(ball_ahead.imag > 0, 0.05, -0.05)
         off = np.angle(ball_ahead)
         stance = ball - ahead * (0.17 + 1j * foot)
@@ -66,14 +71,19 @@ class Kicker:
         in_line = (np.abs(np.angle(ahead)) < self.aim) & (np.abs(gap.imag) < 0.04) & (gap.real > -0.03)
         place = np.where(np.abs(off) > np.pi / 2, beside, behind)
         facing = np.where(np.abs(ball) < 0.6, np.angle(ahead), np.angle(place))
-        # Far away it walks where it looks; near the ball it looks where it will kick, and steps to any side.
+        # Far from the ball, the robot faces its target and walks forwards; near the ball, it faces the goal and walks in any direction.
         choice = self._walk(place, facing, np.abs(ball) < 0.6)
         choice = np.where(in_line, self._walk(stance, np.angle(ahead), np.ones_like(in_line)), choice)
         choice = self._kick(ball, way, choice)
         return np.where(known, choice, self.action["turn_left"])
 
     def _walk(self, place: np.ndarray, facing: np.ndarray, sideways: np.ndarray) -> np.ndarray:
-        """A walk to a place, and to face there: of those that step to any side the one along the greater part of the way."""
+        """Returns the walking action towards ``place`` and the direction ``facing``, rad.
+
+        Where ``sideways`` is true, the robot turns on the spot to this direction, and then walks along the greater component of its way:
+        forwards, backwards, or to a side. Elsewhere it turns on the spot if the angle is large, walks in a curve if it is smaller, or else
+        walks straight on.
+        """
         turn = np.where(facing > 0, self.action["turn_left"], self.action["turn_right"])
         curve = np.where(facing > 0, self.action["forward_turn_left"], self.action["forward_turn_right"])
         on = np.where(np.abs(facing) > self.turn / 3, curve, self.action["forward"])
@@ -84,7 +94,7 @@ class Kicker:
         return np.where(sideways, np.where(np.abs(facing) > self.aim / 2, turn, step), straight)
 
     def _kick(self, ball: np.ndarray, way: np.ndarray, choice: np.ndarray) -> np.ndarray:
-        """A kick where the ball lies right for one that goes into the goal: the best of them."""
+        """Returns the most accurate kick that reaches the ball and goes into the goal, or else ``choice``."""
         best = np.arctan2(self.goal_m, np.abs(way))
         for name, ((nearest, farthest), (right, left), foot) in KICKS.items():
             reached = (ball.real > nearest) & (ball.real < farthest) & (ball.imag > right) & (ball.imag < left)

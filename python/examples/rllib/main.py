@@ -1,4 +1,4 @@
-"""A team of two learns with RLlib's PPO, one policy for both: ``python main.py [iterations] [--runners 2]``."""
+"""Trains a team of two with RLlib's PPO; both robots share one policy: ``python main.py [iterations] [--runners 2]``."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ TASK = {"scenario": "TwoOnTwo", "control": "blue", "observation": "belief", "act
 
 
 def main(iterations: int = 20, runners: int = 0) -> float:
-    """Learns for so many iterations. The mean return of the last one.
+    """Trains for ``iterations`` iterations, and returns the mean episode return of the last one: NaN if no episode has ended.
 
-    Matches are played in so many other processes, on any machine of Ray's cluster; with none of them, in this one.
+    Matches are played in ``runners`` other processes, on any machine of Ray's cluster, or in this process if ``runners`` is 0.
     """
-    # Each has its part of a batch.
+    # Each runner collects its part of a batch.
     rows = 1024 // max(runners, 2)
     config = (
         PPOConfig()
@@ -37,5 +37,10 @@ def main(iterations: int = 20, runners: int = 0) -> float:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("iterations", type=int, nargs="?", default=20)
-    parser.add_argument("--runners", type=int, default=0, help="processes that play, besides this one")
+    parser.add_argument(
+        "--runners",
+        type=int,
+        default=0,
+        help="the number of other processes that play matches; 0: only this process [%(default)s]",
+    )
     main(**vars(parser.parse_args()))

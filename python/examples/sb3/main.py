@@ -1,6 +1,6 @@
-"""A robot learns to score with Stable-Baselines3, in a minute or two: ``python main.py [steps]``.
+"""Trains a robot to score with Stable-Baselines3, in one or two minutes: ``python main.py [steps]``.
 
-The policy is then in ``score.onnx``: ``naoisis challenge ScoreEmptyGoal --policy score.onnx`` measures it.
+The policy is written to ``score.onnx``; ``naoisis challenge ScoreEmptyGoal --policy score.onnx`` measures its success rate.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from naoisis.sb3 import VecEnv, actor
 
 
 def main(steps: int = 100_000) -> float:
-    """Learns for so many steps. The mean return afterwards."""
+    """Trains for ``steps`` environment steps, and returns the mean return of the trained policy in 50 episodes."""
     envs = VecMonitor(VecEnv("ScoreEmptyGoal", num_envs=16, observation="belief", action="discrete"))
     model = PPO("MlpPolicy", envs, n_steps=128, batch_size=256, gamma=0.99, ent_coef=0.01, seed=1, device="cpu")
     model.learn(steps)

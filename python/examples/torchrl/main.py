@@ -1,6 +1,6 @@
-"""TorchRL collects from a batch of worlds in Rust: ``python main.py [frames]``.
+"""Collects experience from a batch of worlds with TorchRL: ``python main.py [frames]``.
 
-TorchRL begins the episodes that are over itself, and so wants ``autoreset_mode="disabled"``.
+TorchRL resets finished episodes itself, and therefore needs ``autoreset_mode="disabled"``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import naoisis
 
 
 def main(frames: int = 8192) -> int:
-    """Collects so many steps of 16 worlds with a policy that has learned nothing. How many episodes ended in them."""
+    """Collects ``frames`` environment steps, summed over 16 worlds, with an untrained policy. Returns the number of finished episodes."""
     torch.manual_seed(1)
     envs = naoisis.vector_env(
         "ScoreEmptyGoal", 16, observation="belief", action="discrete", autoreset_mode="disabled", set={"duration_s": 5}
