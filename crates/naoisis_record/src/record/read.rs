@@ -13,6 +13,7 @@ use super::mcap_records::is_mcap;
 use super::mcap_trace::McapTrace;
 use super::recorder::{EndReason, MatchEnd};
 use super::trace::{FORMAT, VERSION};
+use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::MatchResult;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
@@ -248,7 +249,7 @@ impl TraceReader {
                 return Err(self.fault(1, &message, "`cycle` or `end`"));
             }
         }
-        let record: CycleRecord = self.parse("a cycle of a trace")?;
+        let mut record: CycleRecord = self.parse("a cycle of a trace")?;
         if let Some((last, _)) = self.last
             && !(record.cycle > last && record.cycle - last <= self.every)
         {
@@ -269,7 +270,17 @@ impl TraceReader {
             return Err(self.fault(1, &message, "robots in the order of their ids, each once"));
         }
         self.last = Some((record.cycle, record.time_s));
+        record.time_s = self.exact_time_s(&record);
         Ok(Some(record))
+    }
+
+    /// The time at the end of a cycle as the match had it. That in the trace is rounded, and comparisons of times would come out otherwise.
+    fn exact_time_s(&self, record: &CycleRecord) -> f64 {
+        /// The greatest difference that is taken for rounding, s.
+        const ROUNDING_S: f64 = 1e-4;
+
+        let exact_s = CycleClock { cycle: record.cycle, period_s: self.scenario.cycle_s }.end_time_s();
+        if (exact_s - record.time_s).abs() < ROUNDING_S { exact_s } else { record.time_s }
     }
 
     /// Reads the next line without its line end. Returns false if there is none, or only an incomplete one.
