@@ -52,6 +52,21 @@ fn a_challenge_that_cannot_be_played_is_refused() {
 }
 
 #[test]
+fn policies_of_one_method_have_a_common_score() {
+    let folder = tempfile::tempdir().unwrap();
+    let policy = |name: &str| format!("{}/assets/policies/{name}.onnx", env!("CARGO_MANIFEST_DIR"));
+    let [one, other] = ["score_empty_goal", "striker"].map(policy);
+    let played = ["challenge", "ScoreEmptyGoal", "--episodes", "2", "--policy", &one, "--policy", &other];
+    let output = naoisis(folder.path(), &[&played[..], &["--out", "method.json"]].concat());
+    let words = text(&output.stdout);
+    assert!(output.status.success() && words.contains("\n2 policies: mean "), "{words}");
+    let table = naoisis(folder.path(), &["leaderboard", ".", "--html", "table.html"]);
+    let words = text(&table.stdout);
+    assert!(table.status.success() && words.contains("\nmethod.json, 2 policies: mean "), "{words}");
+    assert!(fs::read_to_string(folder.path().join("table.html")).unwrap().contains("<p>method.json, 2 policies"));
+}
+
+#[test]
 fn results_are_verified_and_make_a_table_without_those_that_are_changed() {
     let folder = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| naoisis(folder.path(), arguments);

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::random::RandomStream;
+
 /// The quantile of the standard normal distribution for a two-sided confidence of 95 %.
 const Z_95: f64 = 1.959_963_984_540_054;
 
@@ -83,6 +85,52 @@ pub fn jackknife<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(&[T]) -> Option<
     Some(Estimate { value, low: value - margin, high: value + margin })
 }
 
+/// The number of samples of [`bootstrap`].
+const RESAMPLES: usize = 1000;
+
+/// Statistics of values in groups, each with the interval between the 2.5 % and 97.5 % quantiles of 1000 samples, in which the values of
+/// each group are drawn with replacement (stratified bootstrap, Efron 1979); `None` if the statistics have no value. If no group has two
+/// values, the intervals are infinite. The random numbers are always the same.
+pub fn bootstrap<T: Copy>(
+    groups: &[Vec<T>],
+    statistics: impl Fn(&[Vec<T>]) -> Option<Vec<f64>>,
+) -> Option<Vec<Estimate>> {
+    let values = statistics(groups)?;
+    if groups.iter().all(|group| group.len() < 2) {
+        let unknown = |value| Estimate { value, low: f64::NEG_INFINITY, high: f64::INFINITY };
+        return Some(values.into_iter().map(unknown).collect());
+    }
+    let mut stream = RandomStream::for_match(0, "bootstrap");
+    let mut drawn: Vec<Vec<T>> = groups.to_vec();
+    let mut samples: Vec<Vec<f64>> = vec![Vec::with_capacity(RESAMPLES); values.len()];
+    for _ in 0..RESAMPLES {
+        for (drawn, group) in drawn.iter_mut().zip(groups) {
+            for value in drawn.iter_mut() {
+                let index = (stream.uniform() * group.len() as f32) as usize;
+                *value = group[index.min(group.len() - 1)];
+            }
+        }
+        for (sample, value) in samples.iter_mut().zip(statistics(&drawn).into_iter().flatten()) {
+            sample.push(value);
+        }
+    }
+    let interval = |(value, sample): (f64, Vec<f64>)| Estimate {
+        value,
+        low: quantile(sample.clone(), 0.025).unwrap_or(value),
+        high: quantile(sample, 0.975).unwrap_or(value),
+    };
+    Some(values.into_iter().zip(samples).map(interval).collect())
+}
+
+/// The interquartile mean: the mean without the lowest and the highest quarter of the values, each rounded down to whole values; `None`
+/// without values.
+pub fn interquartile_mean(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let quarter = values.len() / 4;
+    let middle = &values[quarter..values.len() - quarter];
+    (!middle.is_empty()).then(|| middle.iter().sum::<f64>() / middle.len() as f64)
+}
+
 /// The median: the middle value, or the mean of the two middle values if their number is even. `None` without values.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
@@ -137,6 +185,28 @@ mod tests {
         let expected = mean(&values).unwrap();
         assert!((estimate.low - expected.low).abs() < 1e-9 && (estimate.high - expected.high).abs() < 1e-9);
         assert_eq!(jackknife::<f64>(&[], |_| None), None);
+    }
+
+    #[test]
+    fn the_bootstrap_of_a_mean_is_about_students_interval_and_groups_stay_apart() {
+        let of_all = |groups: &[Vec<f64>]| Some(vec![mean(&groups.concat())?.value]);
+        let values: Vec<f64> = (0..200).map(|index| f64::from(index % 20)).collect();
+        let [estimate] = bootstrap(core::slice::from_ref(&values), of_all).unwrap()[..] else { panic!() };
+        let student = mean(&values).unwrap();
+        assert_eq!(estimate.value, student.value);
+        assert_abs_diff_eq!(estimate.margin(), student.margin(), epsilon = 0.1 * student.margin());
+        // Two groups of equal values have no spread, although the values of both together have.
+        let groups = [vec![1.0; 5], vec![3.0; 5]];
+        assert_eq!(bootstrap(&groups, of_all), Some(vec![Estimate::exactly(2.0)]));
+        assert_eq!(bootstrap(&[vec![2.0]], of_all).unwrap()[0].high, f64::INFINITY);
+        assert_eq!(bootstrap(&[vec![2.0]], |_| None), None);
+    }
+
+    #[test]
+    fn the_interquartile_mean_leaves_out_the_outer_quarters() {
+        assert_eq!(interquartile_mean(vec![100.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, -50.0]), Some(3.5));
+        assert_eq!(interquartile_mean(vec![1.0, 2.0, 9.0]), Some(4.0));
+        assert_eq!(interquartile_mean(Vec::new()), None);
     }
 
     #[test]

@@ -1,5 +1,5 @@
-"""Trains a policy by behaviour cloning, from demonstrations alone, and writes it as ONNX: ``pip install "naoisis[torch]" "minari[arrow]"``,
-then ``python clone.py datasets --out clone.onnx``.
+"""Trains a policy by behaviour cloning, from demonstrations alone, and writes it as ONNX: ``pip install "naoisis[torch]" minari pyarrow
+pillow``, then ``python clone.py datasets --out clone.onnx``.
 
 ``naoisis episodes --team passers --out datasets`` writes the demonstrations. One policy decides for each robot, from this robot's beliefs.
 Its actions are ``velocities``; each demonstrated action is replaced by the nearest choices, and training maximises their likelihood.
@@ -11,13 +11,15 @@ import argparse
 import csv
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from adviser import SHARES
-from networks import actor
+from networks import Sharper, actor
+from torch import nn
 
 import naoisis
 
@@ -25,8 +27,23 @@ import naoisis
 MINIBATCH, RATE = 4096, 1e-3
 # One in this many episodes is held out of training, to measure the loss.
 HELD_OUT = 20
+# The factor of the logits with which the policy plays: less random than maximum likelihood.
+LOGIT_SCALE = 4.0
+# Observations that tell the last action. A clone that observes them learns to repeat itself.
+LAST_ACTION = ("step.x", "step.y", "step.turn", "body.walking", "body.kicking")
 # The distance to the ball below which a decision counts as near the ball, m. Half of each minibatch are such decisions: they are difficult.
 NEAR_M = 0.5
+
+
+class Without(nn.Module):
+    """Sets the columns ``hidden`` of observations with the columns ``names`` to 0."""
+
+    def __init__(self, names: Sequence[str], hidden: Sequence[str]):
+        super().__init__()
+        self.register_buffer("kept", torch.tensor([[float(name not in hidden) for name in names]]))
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        return observations * self.kept
 
 
 def columns_for(names: list[str], dataset: Any) -> np.ndarray:
@@ -63,8 +80,8 @@ def read(names: list[str], most: int) -> tuple[list[np.ndarray], list[np.ndarray
     return observed, chosen
 
 
-def learn(datasets: Path, rows: int, minutes: float, seed: int, out: Path) -> None:
-    """Trains for ``minutes`` on all data sets in the folder ``datasets``, at most about ``rows`` rows of each, and writes the policy
+def learn(datasets: Path, rows: int, updates: int, seed: int, out: Path) -> None:
+    """Trains in ``updates`` minibatches on all data sets in the folder ``datasets``, at most about ``rows`` rows of each, and writes the policy
     ``out``, its layout (.json), and its learning curve (.csv)."""
     torch.manual_seed(seed)
     torch.set_num_threads(1)
@@ -80,37 +97,35 @@ def learn(datasets: Path, rows: int, minutes: float, seed: int, out: Path) -> No
     (seen, decided), (test_seen, test_decided) = parts
     ball = seen[:, [names.index(f"ball.{name}") for name in ("known", "x", "y")]]
     near = torch.nonzero((ball[:, 0] > 0.5) & (torch.hypot(ball[:, 1], ball[:, 2]) < NEAR_M)).squeeze(1)
-    policy = actor(names, sum(sizes))
+    policy = nn.Sequential(Without(names, LAST_ACTION), actor(names, sum(sizes)))
     optimiser = torch.optim.Adam(policy.parameters(), RATE)
 
     def losses(seen: torch.Tensor, decided: torch.Tensor) -> torch.Tensor:
         """Returns the mean negative log-likelihood of each of the four choices."""
         logits = policy(seen).split(sizes, -1)
-        return torch.stack(
-            [torch.nn.functional.cross_entropy(of, decided[:, list_]) for list_, of in enumerate(logits)]
-        )
+        return torch.stack([nn.functional.cross_entropy(of, decided[:, index]) for index, of in enumerate(logits)])
 
-    curve: list[tuple[object, ...]] = [("minutes", "updates", "loss", "loss in held-out episodes")]
-    begun, updates, shown = time.monotonic(), 0, 0.0
-    while (share := (time.monotonic() - begun) / (60 * minutes)) < 1:
-        optimiser.param_groups[0]["lr"] = RATE * (1 - share) + 1e-5
+    curve: list[tuple[object, ...]] = [("updates", "minutes", "loss", "loss in held-out episodes")]
+    begun = time.monotonic()
+    for update in range(updates):
+        optimiser.param_groups[0]["lr"] = RATE * (1 - update / updates) + 1e-5
         batch = torch.randint(len(seen), (MINIBATCH,))
         batch[: MINIBATCH // 2] = near[torch.randint(len(near), (MINIBATCH // 2,))]
         loss = losses(seen[batch], decided[batch]).sum()
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()
-        updates += 1
-        if share > shown:
-            shown += 0.1
+        if update % 500 == 499 or update == updates - 1:
             with torch.no_grad():
                 held_out = float(losses(test_seen[:50_000], test_decided[:50_000]).sum())
-            curve.append((round(share * minutes, 2), updates, round(float(loss), 4), round(held_out, 4)))
+            minutes = (time.monotonic() - begun) / 60
+            curve.append((update + 1, round(minutes, 2), round(float(loss), 4), round(held_out, 4)))
             print(
-                f"{share * minutes:6.1f} min {updates:>7,} updates, loss {loss:.3f}, held-out loss {held_out:.3f}",
+                f"{minutes:6.1f} min {update + 1:>7,} updates, loss {loss:.3f}, held-out loss {held_out:.3f}",
                 flush=True,
             )
-    naoisis.export_policy(policy, out, env, choice="drawn", note="learned by python/examples/ppo/clone.py")
+    player = nn.Sequential(policy, Sharper(LOGIT_SCALE))
+    naoisis.export_policy(player, out, env, choice="drawn", note="learned by python/examples/ppo/clone.py")
     with open(out.with_suffix(".csv"), "w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(curve)
 
@@ -124,7 +139,7 @@ if __name__ == "__main__":
         default=200_000,
         help="the number of rows of each data set, rounded up to whole episodes [%(default)s]",
     )
-    parser.add_argument("--minutes", type=float, default=10.0, help="the duration of training, minutes [%(default)s]")
+    parser.add_argument("--updates", type=int, default=6000, help="the number of minibatches [%(default)s]")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("clone.onnx"))
     learn(**vars(parser.parse_args()))

@@ -1,7 +1,7 @@
 //! Named learning tasks as data: the scenario of an episode, the controlled robots, its end, and the condition of success.
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
 pub use super::ending::EndConditions;
@@ -104,8 +104,10 @@ pub enum ChallengeError {
 
 naoisis_core::debug_as_displayed!(ChallengeError);
 
-/// What is after the name of a challenge against opponents and with a robot that are held out.
+/// The suffix of the name of a challenge against opponents and with a robot that are held out.
 pub const UNSEEN: &str = "_unseen";
+/// The suffix of the name of a challenge in which robots see by camera images alone.
+pub const IMAGES: &str = "_images";
 /// The held-out robot, team, and players.
 const UNSEEN_ROBOT: &str = "booster_t1";
 const UNSEEN_TEAM: &str = "passers";
@@ -126,17 +128,23 @@ embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "FirstGo
 impl Challenge {
     /// Whether there is a built-in challenge `name`.
     pub fn exists(name: &str) -> bool {
-        let name = name.strip_suffix(UNSEEN).unwrap_or(name);
-        CHALLENGES.iter().any(|(known, _)| *known == name)
+        match [IMAGES, UNSEEN].iter().find_map(|suffix| name.strip_suffix(suffix)) {
+            Some(name) => Self::exists(name),
+            None => CHALLENGES.iter().any(|(known, _)| *known == name),
+        }
     }
 
-    /// The built-in challenge `name`, or with [`UNSEEN`] after its name its held-out form.
+    /// The built-in challenge `name`. With [`UNSEEN`] after its name it is the held-out form, with [`IMAGES`] the form in which robots
+    /// see by camera images alone.
     ///
     /// # Errors
     /// If there is no challenge with this name.
     pub fn named(name: &str) -> Result<Self, ChallengeError> {
         if let Some(seen) = name.strip_suffix(UNSEEN) {
             return Self::named(seen).map(Self::held_out);
+        }
+        if let Some(perceived) = name.strip_suffix(IMAGES) {
+            return Self::named(perceived).map(Self::perceived_in_images);
         }
         let Some((_, text)) = CHALLENGES.iter().find(|(known, _)| *known == name) else {
             let known: Vec<&str> = CHALLENGES.iter().map(|(name, _)| *name).collect();
@@ -146,13 +154,27 @@ impl Challenge {
         serde_json::from_str(text).map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })
     }
 
+    /// Appends a suffix to the name, and removes the rates, whose players stay. Returns the scenario.
+    fn form(&mut self, suffix: &str) -> Option<&mut serde_json::Map<String, Value>> {
+        self.name.push_str(suffix);
+        self.success_rates.values_mut().flat_map(BTreeMap::values_mut).for_each(|rate| *rate = SuccessRate::default());
+        let scenario = self.scenario.as_object_mut()?;
+        scenario.insert("name".to_owned(), self.name.clone().into());
+        Some(scenario)
+    }
+
+    /// The challenge in which detections come from the images of the robots' cameras.
+    fn perceived_in_images(mut self) -> Self {
+        if let Some(scenario) = self.form(IMAGES) {
+            let vision = scenario.entry("vision").or_insert_with(|| json!({}));
+            vision["source"] = "image".into();
+        }
+        self
+    }
+
     /// The challenge against opponents and with a robot that are held out: for measuring what was learned without them.
     fn held_out(mut self) -> Self {
-        self.name.push_str(UNSEEN);
-        // The players of the challenge, without their rates in it.
-        self.success_rates.values_mut().flat_map(BTreeMap::values_mut).for_each(|rate| *rate = SuccessRate::default());
-        let Some(scenario) = self.scenario.as_object_mut() else { return self };
-        scenario.insert("name".to_owned(), self.name.clone().into());
+        let Some(scenario) = self.form(UNSEEN) else { return self };
         scenario.insert("model".to_owned(), UNSEEN_ROBOT.into());
         if let Some(teams) = scenario.get_mut("teams") {
             teams["pink"] = UNSEEN_TEAM.into();
@@ -199,6 +221,7 @@ impl Challenge {
 mod tests {
     use super::*;
     use naoisis_core::team::Team;
+    use naoisis_sensing::sensing::fidelity::Fidelity;
     use naoisis_sim::scenario::{RealismSettings, Scenario};
     use std::path::Path;
 
@@ -247,6 +270,14 @@ mod tests {
                 let behaviours = of_pink.map(|robot| serde_json::to_value(&robot.behaviour).unwrap());
                 assert!(behaviours.into_iter().all(|behaviour| behaviour == "passer" || behaviour == "passing_keeper"));
                 assert!(scenario.teams.is_none_or(|teams| teams.pink == "passers"), "{name}");
+            }
+        }
+        for name in ["FindBall_images", "TwoOnTwo_images_unseen", "Match3v3_unseen_images"] {
+            let challenge = Challenge::named(name).unwrap();
+            assert!(challenge.name == name && Challenge::exists(name));
+            for realism in [Realism::Paper, Realism::Ideal, Realism::Realistic] {
+                let scenario = challenge.clone().with(realism, None).unwrap().scenario().unwrap().scenario;
+                assert_eq!(scenario.settings.vision.fidelity(), Fidelity::Image, "{name} {realism}");
             }
         }
         assert!(Challenge::named("Nothing_unseen").is_err() && !Challenge::exists("Nothing_unseen"));

@@ -1,12 +1,15 @@
 //! Results of challenges as files: written by one program, verified by another.
 
 use bevy::prelude::*;
+use core::fmt;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::attempts::{Attempt, AttemptError, Attempts, ChallengePlayer, play_attempts, success_rate};
 use super::challenge::{Challenge, ChallengeError, SuccessRate};
-use naoisis_sim::scenario::Realism;
+use naoisis_core::statistics::{Estimate, bootstrap, interquartile_mean, mean};
+use naoisis_sim::scenario::{Realism, TeamsSpec};
 
 /// A file of results.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -83,6 +86,50 @@ impl ResultFile {
         let file: ResultFile = serde_json::from_str(text)?;
         file.results.iter().try_for_each(|result| result.check())?;
         Ok(file)
+    }
+}
+
+/// The success of a training method: of its policies, which were trained with different seeds, in one or several challenges.
+///
+/// Intervals are those of a bootstrap over the policies within each challenge (Agarwal and others 2021, "Deep Reinforcement Learning at the
+/// Edge of the Statistical Precipice").
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct MethodScore {
+    /// The number of policies in each challenge: the least.
+    pub policies: usize,
+    /// The mean of the success rates of all policies in all challenges.
+    pub mean: Estimate,
+    /// The interquartile mean of these success rates.
+    pub interquartile_mean: Estimate,
+}
+
+impl MethodScore {
+    /// The score of the policies among the players of `results`; `None` if there are not at least two in each challenge.
+    pub fn of<'a>(results: impl IntoIterator<Item = &'a ChallengeResult>) -> Option<Self> {
+        let mut groups: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+        for result in results.into_iter().filter(|result| TeamsSpec::policy(&result.player).is_some()) {
+            let group = (&result.challenge, result.realism.name(), &result.robot);
+            groups.entry(group).or_default().push(result.rate.share()?.value);
+        }
+        let groups: Vec<Vec<f64>> = groups.into_values().collect();
+        let policies = groups.iter().map(Vec::len).min().filter(|policies| *policies > 1)?;
+        let scores = |groups: &[Vec<f64>]| {
+            let all = groups.concat();
+            Some(vec![mean(&all)?.value, interquartile_mean(all)?])
+        };
+        let [mean, interquartile_mean] = bootstrap(&groups, scores)?[..] else { return None };
+        Some(Self { policies, mean, interquartile_mean })
+    }
+}
+
+impl fmt::Display for MethodScore {
+    fn fmt(&self, text: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let in_percent = |estimate: Estimate| {
+            let [value, low, high] = [estimate.value, estimate.low, estimate.high].map(|share| 100.0 * share);
+            format!("{value:.1} % ({low:.1} to {high:.1})")
+        };
+        let [mean, middle] = [self.mean, self.interquartile_mean].map(in_percent);
+        write!(text, "{} policies: mean {mean}, interquartile mean {middle}", self.policies)
     }
 }
 
@@ -225,6 +272,33 @@ mod tests {
         let step_s = one.time_s / BASE64_STANDARD.decode(&one.steps).unwrap().len() as f64;
         let steps = one.first_difference_s(&other).unwrap() / step_s;
         assert!((6.9..8.1).contains(&steps), "{steps}");
+    }
+
+    #[test]
+    fn the_score_of_a_method_is_that_of_its_policies_in_all_challenges() {
+        let result = |challenge: &str, player: &str, successes: usize| ChallengeResult {
+            naoisis: String::new(),
+            challenge: challenge.to_owned(),
+            version: 0,
+            realism: Realism::Ideal,
+            robot: None,
+            player: player.to_owned(),
+            rate: SuccessRate { episodes: 100, successes, mean_time_s: None },
+            episodes: Vec::new(),
+        };
+        let rates = [60, 10, 50, 40, 90].into_iter().enumerate();
+        let of_one: Vec<_> =
+            rates.map(|(seed, rate)| result("GoToBall", &format!("policy:{seed}.onnx"), rate)).collect();
+        let score = MethodScore::of(&of_one).unwrap();
+        assert_eq!((score.policies, score.mean.value, score.interquartile_mean.value), (5, 0.5, 0.5));
+        assert!(score.mean.low > 0.1 && score.mean.low < 0.4 && score.mean.high > 0.6, "{score}");
+        let others = (0..5).map(|seed| result("FindBall", &format!("policy:{seed}.onnx"), 100));
+        let of_two: Vec<_> = of_one.iter().cloned().chain(others).collect();
+        let both = MethodScore::of(&of_two).unwrap();
+        // Challenges are not drawn, so one in which all policies succeed adds no spread.
+        assert!((both.mean.value - 0.75).abs() < 1e-9 && both.mean.margin() < 0.51 * score.mean.margin(), "{both}");
+        let behaviours = [result("GoToBall", "chaser", 100), result("GoToBall", "policy:1.onnx", 50)];
+        assert_eq!(MethodScore::of(&behaviours), None, "one policy");
     }
 
     #[test]

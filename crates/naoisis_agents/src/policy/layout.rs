@@ -147,16 +147,10 @@ impl LoadedPolicy {
         Self::new(network, layout).map_err(|problem| PolicyError::Layout { file, problem })
     }
 
-    /// The policy in the program, which plays in teams of three.
-    pub(super) fn built_in() -> Result<Self, String> {
-        macro_rules! file {
-            ($include:ident, $name:literal) => {
-                $include!(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"), "/policies/", $name))
-            };
-        }
-        let network = Network::read(file!(include_bytes, "learned.onnx")).map_err(|error| error.to_string())?;
-        let layout = serde_json::from_str(file!(include_str, "learned.json")).map_err(|error| error.to_string())?;
-        Self::new(network, layout)
+    /// Reads a policy from the contents of its two files.
+    pub(super) fn from_contents(network: &[u8], layout: &str) -> Result<Self, String> {
+        let network = Network::read(network).map_err(|error| error.to_string())?;
+        Self::new(network, serde_json::from_str(layout).map_err(|error| error.to_string())?)
     }
 
     /// Joins a network and its layout.

@@ -7,6 +7,7 @@
 //! The [network] is computed with sums in a fixed order and with own functions in place of the platform's, so that a match is the same on
 //! every machine. The state of recurrent networks is a component, so that matches are saved with it.
 
+mod built_in;
 mod choice;
 mod layout;
 pub mod network;
@@ -15,7 +16,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 pub use layout::{Choice, LoadedPolicy, PolicyError, PolicyLayout, StatePorts};
 
@@ -24,7 +25,7 @@ use crate::environment::action::command;
 use crate::environment::episode::team_message;
 use crate::environment::observation::{Memory, ObservationKind, Others, observed};
 use naoisis_core::behaviour::remarks::Remarks;
-use naoisis_core::behaviour::{BehaviourApp, BehaviourRegistry, DecideSystems, Policy, PolicyNeeds, PolicyReader};
+use naoisis_core::behaviour::{DecideSystems, Policy, PolicyNeeds, PolicyReader};
 use naoisis_core::cycle::Cycle;
 use naoisis_core::events::{AgentLoss, CycleEvents, MatchEvent};
 use naoisis_core::geometry::Pose;
@@ -32,7 +33,6 @@ use naoisis_core::knowledge::Knowledge;
 use naoisis_core::random::BehaviourRandom;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::team::{RobotId, Team};
-use naoisis_sensing::belief::{Belief, SimpleBelief};
 use naoisis_sensing::sensing::odometry::Odometry;
 
 /// Lets learned policies play.
@@ -42,16 +42,10 @@ impl Plugin for PolicyPlugin {
     fn build(&self, app: &mut App) {
         let somebody_plays = |players: Query<(), With<Policy>>| !players.is_empty();
         app.register_type::<PolicyState>()
-            .register_type::<Learned>()
             .init_resource::<LoadedPolicies>()
             .insert_resource(PolicyReader(read))
-            .add_systems(Cycle, decide.run_if(somebody_plays).in_set(DecideSystems::Ask).ambiguous_with_all())
-            .add_team(
-                LEARNED,
-                "Players with one neural network, which learned to play three against three.",
-                |_, _| LEARNED,
-            );
-        app.world_mut().get_resource_or_init::<BehaviourRegistry>().add_without_system::<Learned>(LEARNED);
+            .add_systems(Cycle, decide.run_if(somebody_plays).in_set(DecideSystems::Ask).ambiguous_with_all());
+        built_in::add(app);
     }
 }
 
@@ -70,15 +64,6 @@ impl LoadedPolicies {
         policy
     }
 }
-
-/// Marks a robot that the built-in policy plays, which has learned to play in teams of three.
-#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[require(Belief, SimpleBelief, BehaviourRandom, Policy = Policy(LEARNED.to_owned()))]
-#[reflect(Component, @Knowledge::Belief)]
-struct Learned;
-
-/// The name of the built-in policy, in place of a path.
-const LEARNED: &str = "learned";
 
 /// What the policy of a robot keeps from cycle to cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -100,22 +85,15 @@ pub struct PolicyState {
 
 /// Reads the policy of a team again, before a match begins.
 fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, String> {
-    let policy = match file {
-        LEARNED => built_in()?,
-        _ => {
+    let policy = match built_in::named(file) {
+        Some(policy) => policy?,
+        None => {
             let path = path_of(world, team, file);
             let policy = LoadedPolicy::read(&path).map_err(|error| error.to_string())?;
             world.resource::<LoadedPolicies>().insert(path, policy)
         }
     };
     Ok(PolicyNeeds { belief: policy.layout.observation == ObservationKind::Belief })
-}
-
-/// The built-in policy.
-fn built_in() -> Result<Arc<LoadedPolicy>, String> {
-    static BUILT_IN: LazyLock<Result<Arc<LoadedPolicy>, String>> =
-        LazyLock::new(|| LoadedPolicy::built_in().map(Arc::new));
-    BUILT_IN.clone()
 }
 
 /// The path of a policy: from the folder in which the programs of the team run.
@@ -126,8 +104,8 @@ fn path_of(world: &World, team: Team, file: &str) -> PathBuf {
 
 /// The policy of a robot; it is read if a match was continued in which it plays.
 fn loaded(world: &World, team: Team, file: &str) -> Result<Arc<LoadedPolicy>, String> {
-    if file == LEARNED {
-        return built_in();
+    if let Some(policy) = built_in::named(file) {
+        return policy;
     }
     let path = path_of(world, team, file);
     let policies = world.resource::<LoadedPolicies>();

@@ -43,7 +43,7 @@ fn outputs_have_the_names_of_the_action() {
 
 #[test]
 fn one_run_for_several_robots_gives_the_same_numbers_as_a_run_for_each() {
-    let policy = built_in().unwrap();
+    let policy = built_in::named("learned").unwrap().unwrap();
     let length = policy.network.inputs()[0].shape[1].unwrap();
     let observations: Vec<Vec<f32>> =
         (0..5).map(|row| (0..length).map(|index| ((row * 31 + index * 7) % 23) as f32 / 9.0 - 1.0).collect()).collect();

@@ -17,7 +17,7 @@ use naoisis_agents::environment::attempts::{
     Attempt, AttemptError, Attempts, ChallengePlayer, play_attempts, scenario_of_episode,
 };
 use naoisis_agents::environment::challenge::{CHALLENGES, ChallengeError, RECORD_SEED, SuccessRate};
-use naoisis_agents::environment::results::{ChallengeResult, ResultFile};
+use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile};
 use naoisis_core::replace_file::replace_file;
 use naoisis_sim::scenario::Realism;
 
@@ -33,9 +33,10 @@ pub struct ChallengeArguments {
     /// The team that plays its robots, or a program: "exec:python3 team.py"
     #[arg(long, value_name = "T", conflicts_with = "behaviour")]
     team: Option<String>,
-    /// The learned policy that plays its robots: an ONNX file, with its layout in a JSON file beside it
+    /// The learned policy that plays its robots: an ONNX file, with its layout in a JSON file beside it; repeatable, for policies that one
+    /// method trained with different seeds: their mean and interquartile mean are printed, too
     #[arg(long, value_name = "FILE.onnx", conflicts_with_all = ["behaviour", "team"])]
-    policy: Option<String>,
+    policy: Vec<String>,
     /// The realism [default: paper, and for `all` ideal and realistic]
     #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
     realism: Option<Realism>,
@@ -128,6 +129,12 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
                 file.results.push(result);
             }
         }
+        let is_of_challenge =
+            |result: &&ChallengeResult| result.challenge == challenge.name && result.realism == *realism;
+        print_score(&mut printer, arguments, "", file.results.iter().filter(is_of_challenge));
+    }
+    if challenges.len() > 1 {
+        print_score(&mut printer, arguments, "All tasks, ", &file.results);
     }
     if let Some(path) = &arguments.out
         && let Err(message) = write(path, "--out", to_string_pretty(&file))
@@ -138,6 +145,18 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
         printer.print("Intervals are those of 95 % confidence.\n");
     }
     interrupt.finish(printer.finish(ExitCode::SUCCESS))
+}
+
+/// Prints the score of several policies.
+fn print_score<'a>(
+    printer: &mut Printer,
+    arguments: &ChallengeArguments,
+    what: &str,
+    results: impl IntoIterator<Item = &'a ChallengeResult>,
+) {
+    if let Some(score) = MethodScore::of(results).filter(|_| !arguments.quiet) {
+        printer.print(format_args!("{what}{score}\n"));
+    }
 }
 
 /// The challenges of the arguments, each in each realism.
@@ -164,8 +183,8 @@ fn players(challenge: &Challenge, realism: Realism, arguments: &ChallengeArgumen
     if let Some(team) = &arguments.team {
         return vec![ChallengePlayer::Team(team.clone())];
     }
-    if let Some(file) = &arguments.policy {
-        return vec![ChallengePlayer::Policy(file.clone())];
+    if !arguments.policy.is_empty() {
+        return arguments.policy.iter().cloned().map(ChallengePlayer::Policy).collect();
     }
     if !arguments.behaviour.is_empty() {
         return arguments.behaviour.iter().map(|word| player(word)).collect();

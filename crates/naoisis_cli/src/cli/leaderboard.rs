@@ -12,8 +12,8 @@ use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
 use super::terminal::Printer;
 use super::{Program, report};
-use naoisis_agents::environment::challenge::{CHALLENGES, RECORD_SEED, UNSEEN};
-use naoisis_agents::environment::results::{ChallengeResult, ResultFile};
+use naoisis_agents::environment::challenge::{CHALLENGES, IMAGES, RECORD_SEED, UNSEEN};
+use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile};
 use naoisis_core::replace_file::replace_file;
 
 /// Arguments of `naoisis leaderboard`.
@@ -127,8 +127,8 @@ fn sort(rows: &mut [Row]) {
 /// The challenge, realism and robot of a result.
 fn group(row: &Row) -> (usize, &str, &'static str, &str) {
     let ChallengeResult { challenge, realism, robot, .. } = &row.result;
-    let seen = challenge.strip_suffix(UNSEEN).unwrap_or(challenge);
-    let index = CHALLENGES.iter().position(|(name, _)| *name == seen);
+    let name = challenge.trim_end_matches(UNSEEN).trim_end_matches(IMAGES).trim_end_matches(UNSEEN);
+    let index = CHALLENGES.iter().position(|(known, _)| *known == name);
     (index.unwrap_or(usize::MAX), challenge, realism.name(), robot.as_deref().unwrap_or_default())
 }
 
@@ -136,6 +136,15 @@ fn title(row: &Row) -> String {
     let ChallengeResult { challenge, version, realism, robot, .. } = &row.result;
     let robot = robot.as_ref().map(|robot| format!(", robot {robot}")).unwrap_or_default();
     format!("{challenge}-v{version}, realism {realism}{robot}")
+}
+
+/// The scores of files with several policies in the rows of one challenge: each file has the policies of one training method.
+fn scores(rows: &[Row]) -> Vec<String> {
+    let mut files: Vec<&str> = rows.iter().map(|row| row.file.as_str()).collect();
+    files.sort_unstable();
+    files.dedup();
+    let score = |file: &str| MethodScore::of(rows.iter().filter(|row| row.file == file).map(|row| &row.result));
+    files.iter().filter_map(|file| Some(format!("{file}, {}", score(file)?))).collect()
 }
 
 /// Player, success with its interval, time, episodes and seeds, version and file.
@@ -170,6 +179,9 @@ fn table(rows: &[Row]) -> String {
         for row in rows {
             line(&mut text, cells(row).each_ref().map(String::as_str));
         }
+        for score in scores(rows) {
+            let _ = writeln!(text, "{score}");
+        }
     }
     text
 }
@@ -200,6 +212,9 @@ fn page(rows: &[Row]) -> String {
             let _ = writeln!(text, "<tr>{}</tr>", cells.concat());
         }
         text.push_str("</table>\n");
+        for score in scores(rows) {
+            let _ = writeln!(text, "<p>{}</p>", escaped(&score));
+        }
     }
     text
 }

@@ -3,17 +3,13 @@
 use serde::Serialize;
 
 use super::measures::MatchMeasures;
-use naoisis_core::random::RandomStream;
-use naoisis_core::statistics::{Estimate, quantile, share};
-
-/// Number of bootstrap samples.
-const RESAMPLES: usize = 1000;
+use naoisis_core::statistics::{self, Estimate, share};
 
 /// The kind of a 95 % interval.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IntervalKind {
-    /// Between the 2.5 % and 97.5 % quantiles of the values of 1000 samples of matches, drawn with replacement (Efron 1979).
+    /// The [bootstrap](statistics::bootstrap) over matches.
     Bootstrap,
     /// Wilson's score interval, for a share of matches.
     Wilson,
@@ -75,36 +71,15 @@ impl Quantity {
     /// interval is infinite.
     pub fn estimate(&self, matches: &[&MatchMeasures]) -> Option<Estimate> {
         match &self.statistic {
-            Statistic::OfAll(value) => bootstrap(matches, value),
+            Statistic::OfAll(value) => {
+                statistics::bootstrap(&[matches.to_vec()], |drawn| Some(vec![value(&drawn[0])?]))?.pop()
+            }
             Statistic::ShareOfMatches(is_true) => {
                 let share = share(matches.iter().filter(|one| is_true(one)).count(), matches.len())?;
                 Some(Estimate { value: 100.0 * share.value, low: 100.0 * share.low, high: 100.0 * share.high })
             }
         }
     }
-}
-
-/// Returns the value of `matches` with its bootstrap interval. The random numbers are always the same.
-fn bootstrap(matches: &[&MatchMeasures], value_of: &Value) -> Option<Estimate> {
-    let value = value_of(matches)?;
-    if matches.len() < 2 {
-        return Some(Estimate { value, low: f64::NEG_INFINITY, high: f64::INFINITY });
-    }
-    let mut stream = RandomStream::for_match(0, "bootstrap");
-    let mut resampled = Vec::with_capacity(matches.len());
-    let values: Vec<f64> = (0..RESAMPLES)
-        .filter_map(|_| {
-            resampled.clear();
-            resampled.extend((0..matches.len()).map(|_| {
-                let index = (stream.uniform() * matches.len() as f32) as usize;
-                matches[index.min(matches.len() - 1)]
-            }));
-            value_of(&resampled)
-        })
-        .collect();
-    let low = quantile(values.clone(), 0.025).unwrap_or(value);
-    let high = quantile(values, 0.975).unwrap_or(value);
-    Some(Estimate { value, low, high })
 }
 
 #[cfg(test)]

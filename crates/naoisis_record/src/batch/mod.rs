@@ -34,6 +34,7 @@ pub mod merge;
 pub mod mistakes;
 pub mod observer;
 pub mod pairs;
+mod ratings;
 pub mod summary;
 pub mod sweep;
 pub mod table;

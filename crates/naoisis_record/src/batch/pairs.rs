@@ -3,8 +3,9 @@
 use core::fmt::{self, Write};
 
 use super::observer::MatchRow;
+use super::ratings::ratings;
 use naoisis_core::game::DecidedBy;
-use naoisis_core::statistics::{Estimate, mean, share};
+use naoisis_core::statistics::{Estimate, bootstrap, mean, share};
 use naoisis_core::team::{PerTeam, Team};
 
 /// The result of the matches of two teams, as the first team sees it, with 95 % confidence.
@@ -26,6 +27,8 @@ pub struct PairSummary {
     pub losses: Option<Estimate>,
     /// The first team's share of the wins.
     pub share_of_wins: Option<Estimate>,
+    /// The probability of improvement: that the first team does better in a match than the second, a draw being half of that.
+    pub improvement: Option<Estimate>,
     /// The first team's goals in a match.
     pub goals: Option<Estimate>,
     /// The second team's goals in a match.
@@ -51,9 +54,10 @@ impl PairSummary {
             let kept = sum(|row| row.kept);
             share(kept, kept + sum(|row| row.given_away))
         };
-        let won_by_first = |(row, first): &(&MatchRow, Team)| row.winner.map(|winner| winner == *first);
-        let wins = valid.iter().filter(|played| won_by_first(played) == Some(true)).count();
-        let losses = valid.iter().filter(|played| won_by_first(played) == Some(false)).count();
+        let scores: Vec<f64> = valid.iter().map(|(row, first)| score(row, *first)).collect();
+        let count = |wanted: f64| scores.iter().filter(|score| **score == wanted).count();
+        let [wins, losses] = [1.0, 0.0].map(count);
+        let mean_score = |scores: &[Vec<f64>]| Some(vec![mean(&scores[0])?.value]);
         let shot_out = valid.iter().filter(|(row, _)| row.decided_by >= DecidedBy::ShootOut).count();
         let mean_of = |value: fn(&[f64; 2]) -> f64| mean(&goals.iter().map(value).collect::<Vec<f64>>());
         Self {
@@ -65,6 +69,7 @@ impl PairSummary {
             draws: share(valid.len() - wins - losses, valid.len()),
             losses: share(losses, valid.len()),
             share_of_wins: share(wins, wins + losses),
+            improvement: bootstrap(&[scores], mean_score).and_then(|mut means| means.pop()),
             goals: mean_of(|goals| goals[0]),
             goals_against: mean_of(|goals| goals[1]),
             goal_difference: mean_of(|goals| goals[0] - goals[1]),
@@ -100,6 +105,7 @@ impl PairSummary {
             wins: self.losses,
             losses: self.wins,
             share_of_wins: self.share_of_wins.map(complement),
+            improvement: self.improvement.map(complement),
             goals: self.goals_against,
             goals_against: self.goals,
             goal_difference: self.goal_difference.map(negative),
@@ -152,19 +158,33 @@ impl Pairs {
     /// Summarises the matches of all pairs, each given with its pairing.
     pub fn table<'a>(&self, rows: impl Iterator<Item = (&'a MatchRow, Pairing)>) -> PairTable {
         let rows: Vec<(&MatchRow, Pairing)> = rows.collect();
-        let summary = |teams| {
-            let matches = rows.iter().filter(|(_, pairing)| pairing.teams == teams);
-            (teams, PairSummary::of(matches.map(|(row, pairing)| (*row, pairing.first))))
+        let of_pair = |teams| {
+            let matches = rows.iter().filter(move |(_, pairing)| pairing.teams == teams);
+            matches.map(|(row, pairing)| (*row, pairing.first))
         };
-        PairTable { teams: self.teams.clone(), pairs: self.pairs().map(summary).collect() }
+        let pairs: Vec<_> = self.pairs().map(|teams| (teams, PairSummary::of(of_pair(teams)))).collect();
+        let valid = |teams| of_pair(teams).filter(|(row, _)| row.outcome.is_valid());
+        let scores = |teams| (teams, valid(teams).map(|(row, first)| score(row, first)).collect());
+        let scores: Vec<([usize; 2], Vec<f64>)> = self.pairs().map(scores).collect();
+        // Two teams are compared by their matches alone, and repetitions of one match have no intervals.
+        let are_rated = self.teams.len() > 2 && pairs.iter().all(|(_, summary)| !summary.repeated);
+        let ratings = are_rated.then(|| ratings(self.teams.len(), &scores)).flatten().unwrap_or_default();
+        PairTable { teams: self.teams.clone(), pairs, ratings }
     }
 }
 
-/// Shows which team beats which: a table of the teams, and a line for each pair.
+/// The score of the team that played in the colour `first`: 1 for a win, 0.5 for a draw, 0 for a loss.
+fn score(row: &MatchRow, first: Team) -> f64 {
+    row.winner.map_or(0.5, |winner| f64::from(u8::from(winner == first)))
+}
+
+/// Shows which team beats which: a table of the teams, a line for each pair, and the ratings of three or more teams.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PairTable {
     teams: Vec<String>,
     pairs: Vec<([usize; 2], PairSummary)>,
+    /// The rating of each team, Elo points; empty if they are not known.
+    ratings: Vec<Estimate>,
 }
 
 impl PairTable {
@@ -234,6 +254,12 @@ impl fmt::Display for PairTable {
                     write!(line, " ({low:.1} to {high:.1})")?;
                 }
             }
+            if let Some(improvement) = summary.improvement {
+                write!(line, "; probability of improvement {:.2}", improvement.value)?;
+                if !summary.repeated && improvement.margin().is_finite() {
+                    write!(line, " ({:.2} to {:.2})", improvement.low, improvement.high)?;
+                }
+            }
             if let (Some(own), Some(other), Some(difference)) =
                 (summary.goals, summary.goals_against, summary.goal_difference)
             {
@@ -253,6 +279,18 @@ impl fmt::Display for PairTable {
         }
         if self.pairs.iter().any(|(_, summary)| summary.is_first_better().is_some()) {
             writeln!(text, "* The row's team beats the column's, with 95 % confidence.")?;
+        }
+        let mut rated: Vec<_> = self.teams.iter().zip(&self.ratings).collect();
+        rated.sort_by(|(_, one), (_, other)| other.value.total_cmp(&one.value));
+        if !rated.is_empty() {
+            writeln!(text, "Ratings in Elo points, with the mean 0 and 95 % intervals:")?;
+        }
+        for (team, rating) in rated {
+            write!(text, "{team:widest$} {:>+6.0}", rating.value)?;
+            if rating.margin().is_finite() {
+                write!(text, " ({:+.0} to {:+.0})", rating.low, rating.high)?;
+            }
+            writeln!(text)?;
         }
         Ok(())
     }
@@ -286,6 +324,7 @@ mod tests {
         let summary = PairSummary::of(rows.iter().map(|(row, first)| (row, *first)));
         assert_eq!([summary.wins, summary.draws, summary.losses].map(|share| share.unwrap().value), [0.5, 0.25, 0.25]);
         assert_eq!(summary.share_of_wins.unwrap().value, 2.0 / 3.0);
+        assert_eq!(summary.improvement.unwrap().value, 2.5 / 4.0);
         assert_eq!([summary.goals, summary.goals_against].map(|goals| goals.unwrap().value), [1.0, 1.0]);
         assert_eq!(summary.is_first_better(), None, "three matches tell nothing");
     }
@@ -317,13 +356,34 @@ mod tests {
         assert_eq!(table.summary("strong", "strong"), None);
         let text = table.to_string();
         assert!(text.contains("strong beats weak: 40 matches, 100.0 % wins"), "{text}");
-        assert!(text.contains("100.0 %*"), "{text}");
+        assert!(text.contains("100.0 %*") && text.contains("improvement 1.00 (1.00 to 1.00)"), "{text}");
+        assert!(!text.contains("Elo"), "two teams are compared without ratings: {text}");
         // If the teams are equal, none beats another.
         let even = rows.iter().enumerate().map(|(index, (row, _))| {
             (row, Pairing { teams: [0, 1], first: if index % 4 < 2 { Team::Blue } else { Team::Pink } })
         });
         let text = pairs.table(even).to_string();
         assert!(text.contains("no difference that is sure") && !text.contains('*'), "{text}");
+    }
+
+    #[test]
+    fn three_teams_are_rated_the_best_first() {
+        let pairs = teams(&["weak", "strong", "middle"]);
+        let strength = |name: &str| ["weak", "middle", "strong"].iter().position(|team| *team == name);
+        let rows: Vec<(MatchRow, Pairing)> = (0..12)
+            .flat_map(|outs| pairs.pairings().map(move |pairing| (outs, pairing)))
+            .map(|(outs, pairing)| {
+                let [blue, pink] = pairs.names(pairing).map(strength);
+                // Every fourth match is a draw.
+                let row = if outs % 4 == 0 { row(1, 1) } else { row(u32::from(blue > pink), u32::from(pink > blue)) };
+                (MatchRow { outs, ..row }, pairing)
+            })
+            .collect();
+        let text = pairs.table(rows.iter().map(|(row, pairing)| (row, *pairing))).to_string();
+        let rated: Vec<&str> = text.lines().skip_while(|line| !line.contains("Elo")).skip(1).collect();
+        let names: Vec<&str> = rated.iter().filter_map(|line| line.split_whitespace().next()).collect();
+        assert_eq!(names, ["strong", "middle", "weak"], "{text}");
+        assert!(rated[0].contains('+') && rated[2].contains('-'), "{text}");
     }
 
     #[test]
