@@ -17,14 +17,15 @@ pub fn team_names(scenario: &Scenario, registry: &BehaviourRegistry) -> PerTeam<
     })
 }
 
-/// Returns the name of the registered team with the behaviours of the robots of `team`.
+/// Returns the name of the registered team with the behaviours of the robots of `team`; `None` for a single robot.
 fn name_by_behaviours<'a>(team: Team, scenario: &Scenario, registry: &'a BehaviourRegistry) -> Option<&'a str> {
     let robots = scenario.robots.iter().filter(|robot| robot.team == team);
     let behaviours = robots.map(|robot| match &robot.behaviour {
         BehaviourSpec::Named(name) => Some((robot.number, name.as_str())),
         _ => None,
     });
-    registry.team_of(&behaviours.collect::<Option<Vec<_>>>()?)
+    // One robot is no team: its behaviour is in several.
+    registry.team_of(&behaviours.collect::<Option<Vec<_>>>().filter(|behaviours| behaviours.len() > 1)?)
 }
 
 /// The name of a team; of a command line or a policy, the name of the file without folders and ending.

@@ -137,8 +137,12 @@ pub(super) fn reasons_at(player: &Player, before: &PlayerMemory, decision: &Deci
         None if speed > SHOT_SPEED_MPS => (-speed, "the ball passes beside the goal"),
         None => (speed - SHOT_SPEED_MPS, "the ball comes"),
     };
+    let save_words = match speed {
+        0.05.. => format!("{} at {speed:.1} m/s", save.1),
+        _ => "the ball does not come".to_owned(),
+    };
     let options = vec![
-        Choice::new("save", save.0, format!("{} at {speed:.1} m/s", save.1)),
+        Choice::new("save", save.0, save_words),
         Choice::new("clear", reach_m, why),
         Choice::new("keep", 0.0, "otherwise"),
     ];

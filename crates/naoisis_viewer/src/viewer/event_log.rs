@@ -60,7 +60,7 @@ impl LogKind {
     pub const ALL: [(LogKind, &str); 8] = [
         (LogKind::Goal, "goals"),
         (LogKind::Kick, "kicks"),
-        (LogKind::Fall, "falls"),
+        (LogKind::Fall, "falls, failures"),
         (LogKind::Penalty, "penalties"),
         (LogKind::Referee, "referee"),
         (LogKind::Hand, "by hand"),
@@ -75,16 +75,16 @@ impl LogKind {
             MatchEvent::Fall { .. }
             | MatchEvent::GotUp { .. }
             | MatchEvent::ProgramRestarts { .. }
+            | MatchEvent::AgentLost { .. }
             | MatchEvent::Dive { .. } => LogKind::Fall,
             MatchEvent::Penalty { .. } | MatchEvent::PenaltyOver { .. } | MatchEvent::Caution { .. } => {
                 LogKind::Penalty
             }
             MatchEvent::Intervention { intervention: Intervention::PickUp { .. } } => LogKind::Penalty,
             MatchEvent::Intervention { .. } | MatchEvent::InterventionRefused { .. } => LogKind::Hand,
-            MatchEvent::InvariantBroken { .. }
-            | MatchEvent::AgentLost { .. }
-            | MatchEvent::Collision { .. }
-            | MatchEvent::CommandRefused { .. } => LogKind::Other,
+            MatchEvent::InvariantBroken { .. } | MatchEvent::Collision { .. } | MatchEvent::CommandRefused { .. } => {
+                LogKind::Other
+            }
             _ => LogKind::Referee,
         }
     }

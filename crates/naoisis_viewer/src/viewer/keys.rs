@@ -15,7 +15,7 @@ use super::shared::{
     Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share,
     TakePicture, TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
 };
-use super::start_page::DialogIsOpen;
+use super::start_page::{DialogIsOpen, StartPage};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::team::Team;
 
@@ -287,7 +287,7 @@ fn read_keys(
     mut losses: MessageReader<KeyboardFocusLost>,
     mut held: Local<HeldModifiers>,
     (wants, dialog): (Res<EguiWantsInput>, Option<Res<DialogIsOpen>>),
-    driving: Res<Driving>,
+    (driving, page): (Res<Driving>, Option<Res<StartPage>>),
     mut actions: MessageWriter<Action>,
 ) {
     let is_dialog = dialog.is_some_and(|dialog| dialog.0);
@@ -301,11 +301,26 @@ fn read_keys(
         }
         // Driving uses plain keys for that.
         if press.control || !driving.takes(press.key) {
-            actions.write_batch(actions_of(press));
+            let is_page = page.as_ref().is_some_and(|page| page.0);
+            actions.write_batch(actions_of(press).filter(|action| !is_page || is_for_start_page(*action)));
         }
     }
     if losses.read().count() > 0 {
         held.release();
+    }
+}
+
+/// Whether a key does something while the start page is shown. Others would change the match behind it, unseen. What is done by hand is refused
+/// with a word.
+fn is_for_start_page(action: Action) -> bool {
+    match action {
+        Action::Toggle(switch) => {
+            matches!(switch, Switch::Help | Switch::Commands | Switch::Light | Switch::FineDrawing | Switch::Projector)
+        }
+        Action::Command(command) => command == ViewerCommand::TogglePause,
+        Action::Hand(_) | Action::Workspace(_) | Action::NextWorkspace(_) => true,
+        Action::OpenFile | Action::FullScreen | Action::ScalePanels(_) => true,
+        _ => false,
     }
 }
 
@@ -352,6 +367,8 @@ fn carry_out(
             Action::View(preset) => {
                 views.write(preset);
             }
+            // Esc closes first what lies over the match.
+            Action::Select(SelectionCommand::Nobody) if display.help => display.help = false,
             Action::Select(choice) => {
                 choices.write(choice);
             }

@@ -193,7 +193,7 @@ fn put_back(world: &mut World, before: Before) -> Result<(), String> {
     world.insert_resource(undo);
     world.insert_resource(pen);
     world.insert_resource(played);
-    world.insert_resource(watched);
+    world.insert_resource(watched.up_to_date());
     world.insert_resource(trace);
     Ok(())
 }

@@ -13,6 +13,7 @@ use super::layout::{self, LayoutSystems};
 use super::scenario_list;
 use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, clock_words, is_over};
 use super::speed::Speed;
+use super::start_page::StartPage;
 use super::theme::{MARGIN, band, bright, card, dim, panel, problem_colour, tenths, text_size};
 use super::timeline::Timeline;
 use super::workspace::show_choice;
@@ -120,6 +121,7 @@ fn show_controls(
     mut playback: ResMut<Playback>,
     (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
     (scenario, before, file): (Option<Res<Scenario>>, Res<MatchBefore>, Option<Res<PlayedFile>>),
+    start_page: Res<StartPage>,
 ) -> Result {
     let mut is_read = false;
     let is_over = is_over(&game, &clock, &playback) && !timeline.is_past();
@@ -127,7 +129,8 @@ fn show_controls(
         actions.write(action);
     };
     layout::bar_below(contexts.ctx_mut()?, "controls", |ui| {
-        if let Some(problem) = &playback.problem {
+        // The start page shows it, too.
+        if let Some(problem) = playback.problem.as_ref().filter(|_| !start_page.0) {
             ui.horizontal(|ui| {
                 is_read = ui.small_button("✖").on_hover_text("Close this message").clicked();
                 ui.add(egui::Label::new(RichText::new(problem).color(problem_colour(ui))).truncate());

@@ -295,6 +295,9 @@ pub fn replace_match<E>(world: &mut World, begin: impl FnOnce(&mut World) -> Res
     Ok(())
 }
 
+/// Why nothing can be done to a match that has ended.
+pub const OVER: &str = "The match is over: R plays it again, or go back and branch (F)";
+
 /// Returns whether the match has ended.
 pub fn is_over(game: &Game, clock: &CycleClock, playback: &Playback) -> bool {
     game.state == GameState::Finished || playback.last_cycle.is_some_and(|last| clock.cycle >= last)

@@ -146,9 +146,9 @@ fn show(
                     actions.write(Action::OpenFile);
                 }
             });
-            if let Some(problem) = &playback.problem {
-                ui.add(egui::Label::new(RichText::new(problem).color(problem_colour(ui))).wrap());
-            }
+            // The line of the error is there before, so that the field stays where it is.
+            let problem = RichText::new(playback.problem.as_deref().unwrap_or(" ")).color(problem_colour(ui));
+            ui.add(egui::Label::new(problem).wrap());
             for path in memory.iter().flat_map(|memory| &memory.remembered.recent) {
                 if ui.link(path).clicked() {
                     wanted = Some(Path::new(path).to_owned());

@@ -65,6 +65,8 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
     // Sizes of panels that are chosen by the user need not be whole pixels.
     // Bars that only show under the mouse leave it open whether there is more to see.
     context.all_styles_mut(|style| style.spacing.scroll.dormant_handle_opacity = 0.5);
+    // The fade at the edge of a list is dark in either theme.
+    context.style_mut_of(Theme::Light, |style| style.spacing.scroll.fade.strength = 0.0);
     #[cfg(debug_assertions)]
     context.all_styles_mut(|style| style.debug.show_unaligned = false);
     Ok(())
@@ -90,6 +92,7 @@ fn visuals(theme: Theme) -> Visuals {
         // Empty check boxes, and the rails of sliders.
         visuals.widgets.inactive.bg_fill = grey(165);
         visuals.widgets.hovered.bg_fill = grey(150);
+        visuals.disabled_alpha = 0.65;
     }
     visuals
 }

@@ -16,7 +16,7 @@ use super::layout::{FreeArea, mouse_is_for_match};
 use super::pitch_frame::{PitchFrameSystems, PitchRoot, pose_of};
 use super::robot_model::RobotLimbs;
 use super::shared::{
-    CameraSystems, DrawnWhenSensed, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset,
+    CameraSystems, DrawnWhenSensed, Playback, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset,
 };
 use free_area::AreaPerspective;
 use naoisis_core::ball::Ball;
@@ -52,12 +52,18 @@ impl Plugin for ViewerCameraPlugin {
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
             .init_resource::<SecondPitch>()
+            .init_resource::<FollowsAgain>()
             // The panels must not be drawn in the images of the robots' cameras.
             .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
             .add_systems(Startup, spawn_camera)
             .add_systems(
                 Update,
-                (make_room, choose_view, look_at_places, use_mouse.run_if(mouse_is_for_match).in_set(CameraMouse))
+                (
+                    make_room,
+                    choose_view,
+                    (look_at_places, follow_again).chain(),
+                    use_mouse.run_if(mouse_is_for_match).in_set(CameraMouse),
+                )
                     .chain()
                     .after(SelectionSystems)
                     .in_set(CameraSystems),
@@ -232,10 +238,33 @@ fn choose_view(
     }
 }
 
-fn look_at_places(mut places: MessageReader<LookAt>, mut camera: Single<&mut ViewerCamera>) {
+/// Whether the camera followed play before it looked at a place.
+#[derive(Resource, Default)]
+struct FollowsAgain(bool);
+
+fn look_at_places(
+    mut places: MessageReader<LookAt>,
+    mut camera: Single<&mut ViewerCamera>,
+    mut again: ResMut<FollowsAgain>,
+) {
     if let Some(LookAt { place, reach_m }) = places.read().last() {
+        again.0 |= camera.mode == CameraMode::Play;
         camera.wanted = camera.wanted.at(*place, *reach_m);
         camera.mode = CameraMode::Orbit;
+    }
+}
+
+/// Follows play again once it goes on, unless another view was chosen.
+fn follow_again(
+    playback: Option<Res<Playback>>,
+    mut presets: MessageReader<ViewPreset>,
+    mut camera: Single<&mut ViewerCamera>,
+    mut again: ResMut<FollowsAgain>,
+) {
+    if presets.read().count() > 0 || camera.mode != CameraMode::Orbit {
+        again.0 = false;
+    } else if again.0 && playback.is_some_and(|playback| !playback.paused) {
+        (again.0, camera.mode) = (false, CameraMode::Play);
     }
 }
 

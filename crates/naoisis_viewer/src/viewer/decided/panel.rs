@@ -17,7 +17,7 @@ use crate::viewer::lanes::Lanes;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::rebuild::{RebuildProgress, Rebuilt};
 use crate::viewer::shared::{Action, Playback, TimelineCommand};
-use crate::viewer::theme::{band, bright, dim, minutes, problem_colour, team_colour, text_size};
+use crate::viewer::theme::{band, bright, count, dim, minutes, problem_colour, team_colour, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::Team;
@@ -182,7 +182,8 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry], earlier: 
     });
     ui.label(dim(other_words(swing)).size(text_size::SMALL));
     if earlier > 0 {
-        ui.label(dim(format!("   {earlier} earlier mistakes and kicks: see the events (E)")).size(text_size::SMALL));
+        let earlier = count(earlier, "earlier event");
+        ui.label(dim(format!("   {earlier}: see the list of events (E)")).size(text_size::SMALL));
     }
     for entry in reasons {
         ui.horizontal(|ui| {
@@ -197,7 +198,7 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry], earlier: 
         });
     }
     if reasons.is_empty() {
-        ui.label(dim("   no mistakes and no kicks").size(text_size::SMALL));
+        ui.label(dim("   no mistakes, kicks, falls and penalties").size(text_size::SMALL));
     }
     clicked
 }

@@ -1,13 +1,13 @@
-//! The reasons for a swing: the mistakes of the team that lost by it, and the kicks before its end.
+//! The reasons for a swing: the mistakes, falls, penalties and failures of the team that lost by it, and the kicks before its end.
 
 use crate::viewer::event_log::{LogEntry, LogKind};
 use naoisis_record::record::mistakes::Mistake;
 use naoisis_record::whatif::chances::Swing;
 
-/// The greatest number of mistakes and of kicks of a swing that are listed: the last ones.
+/// The greatest number of mistakes, of kicks, and of other events of a swing that are listed: the last ones.
 const MOST: usize = 4;
 
-/// The listed mistakes and kicks of a swing in the order of their times, and the number of earlier ones. `mistakes` have their
+/// The listed mistakes, kicks and other events of a swing in the order of their times, and the number of earlier ones. `mistakes` have their
 /// entries, `log` is the whole log.
 pub(super) fn reasons<'a>(
     swing: &Swing,
@@ -20,9 +20,12 @@ pub(super) fn reasons<'a>(
     let mistakes: Vec<&LogEntry> = mistakes.filter(|(mistake, _)| costs(mistake)).map(|(_, entry)| entry).collect();
     let is_then = |entry: &&LogEntry| (swing.from_s..=swing.until_s).contains(&entry.time_s);
     let kicks: Vec<&LogEntry> = log.iter().filter(|entry| entry.kind == LogKind::Kick).filter(is_then).collect();
-    let mut reasons = [last(&mistakes), last(&kicks)].concat();
+    let is_of_loser = |entry: &&LogEntry| entry.robot.is_some_and(|robot| robot.team != swing.team);
+    let has_failed = |entry: &&LogEntry| matches!(entry.kind, LogKind::Fall | LogKind::Penalty);
+    let failures: Vec<&LogEntry> = log.iter().filter(has_failed).filter(is_of_loser).filter(is_then).collect();
+    let mut reasons = [last(&mistakes), last(&kicks), last(&failures)].concat();
     reasons.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
-    let earlier = mistakes.len() + kicks.len() - reasons.len();
+    let earlier = mistakes.len() + kicks.len() + failures.len() - reasons.len();
     (reasons, earlier)
 }
 
@@ -39,7 +42,7 @@ mod tests {
     use naoisis_record::whatif::chances::{Chance, swings};
 
     #[test]
-    fn mistakes_of_the_team_that_lost_by_a_swing_and_kicks_in_it_are_its_reasons() {
+    fn mistakes_and_falls_of_the_team_that_lost_by_a_swing_and_kicks_in_it_are_its_reasons() {
         let score = PerTeam { blue: 0, pink: 0 };
         let chance = |time_s, blue| Chance { time_s, score, times: 100, first: PerTeam { blue, pink: 0 } };
         let swings = swings(&[chance(10.0, 0), chance(15.0, 90)], &[]);
@@ -60,15 +63,22 @@ mod tests {
             mistake(Team::Pink, 16.0, 16.0),
         ];
         let entry = |time_s, kind| LogEntry { time_s, kind, ..default() };
+        let robot = |team| Some(RobotId::new(team, 2));
+        let fall = |time_s, team| LogEntry { robot: robot(team), ..entry(time_s, LogKind::Fall) };
         let entries = mistakes.map(|mistake| entry(mistake.from_s, LogKind::Mistake));
-        let log = [(9.0, LogKind::Kick), (12.0, LogKind::Kick), (13.0, LogKind::Fall)];
-        let log = log.map(|(time_s, kind)| entry(time_s, kind));
+        let log = [
+            entry(9.0, LogKind::Kick),
+            entry(12.0, LogKind::Kick),
+            fall(12.5, Team::Blue),
+            fall(13.0, Team::Pink),
+            fall(15.5, Team::Pink),
+        ];
         let of = |times: usize| {
             let mistakes = (0..times).flat_map(|_| mistakes.iter().zip(&entries));
             let (reasons, earlier) = reasons(&swings[0], mistakes, &log);
             (reasons.iter().map(|entry| entry.time_s).collect::<Vec<_>>(), earlier)
         };
-        assert_eq!(of(1), (vec![8.0, 12.0, 14.0], 0));
-        assert_eq!(of(3), (vec![8.0, 8.0, 12.0, 14.0, 14.0], 2));
+        assert_eq!(of(1), (vec![8.0, 12.0, 13.0, 14.0], 0));
+        assert_eq!(of(3), (vec![8.0, 12.0, 13.0, 14.0, 14.0, 14.0], 2));
     }
 }

@@ -17,7 +17,7 @@ use super::event_log::EventLog;
 use super::keyframes::{self, Keyframes, Simulator};
 use super::memory::ViewerMemory;
 use super::plots;
-use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over, replace_match};
+use super::shared::{DisplayFraction, Notice, OVER, Playback, ViewerCommand, is_over, replace_match};
 use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use naoisis_core::behaviour::AskAhead;
@@ -120,7 +120,12 @@ fn toggle_pause(world: &mut World) {
     let mut playback = world.resource_mut::<Playback>();
     playback.paused = !playback.paused;
     let plays = !playback.paused;
+    let is_over = is_over_in(world);
     let timeline = world.resource::<Timeline>();
+    if plays && is_over && !timeline.is_past() && !timeline.is_replay() {
+        world.resource_mut::<Notice>().tell(OVER);
+        return;
+    }
     let last = world.resource::<History>().last_cycle();
     if plays && timeline.is_replay() && timeline.cursor() == last.map(|last| last as f64) {
         timeline::go_to(world, 0.0);
@@ -162,7 +167,7 @@ impl PlayedFile {
 /// # Errors
 /// A message about the scenario if it is invalid. The current match then continues.
 pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), String> {
-    start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())?;
+    start(world, &file.scenario).map_err(|fault| file.source.error(&fault).to_string())?;
     world.insert_resource(PlayedFile(Some(file)));
     Ok(())
 }

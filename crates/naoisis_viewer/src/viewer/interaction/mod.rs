@@ -23,7 +23,9 @@ use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::pitch_frame::{pitch_from_world, pose_of, world_from_pitch};
 use super::selection::{PickTarget, pointed_at};
-use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Playback, Selection, SelectionSystems, is_over};
+use super::shared::{
+    CameraSystems, HandAction, KeysSystems, Notice, OVER, Playback, Selection, SelectionSystems, is_over,
+};
 use super::timeline::Timeline;
 use aim::{Grip, Held, Sight};
 use naoisis_core::ball::{Ball, BallPhysics};
@@ -92,9 +94,6 @@ fn is_live(timeline: &Timeline) -> bool {
     !timeline.is_past() && !timeline.is_replay()
 }
 
-/// Why nothing can be done by hand in a match that has ended.
-const OVER: &str = "The match is over: R plays it again, or go back and branch (F)";
-
 /// Why interventions are not possible now.
 fn why_not(timeline: &Timeline) -> &'static str {
     if timeline.is_replay() {
@@ -102,6 +101,16 @@ fn why_not(timeline: &Timeline) -> &'static str {
     } else {
         "The past cannot be changed: go to the present (End), or branch from here (F)"
     }
+}
+
+/// Why nothing can be done by hand to the match that is shown, if so. A finished match takes no further cycle, in which an intervention could
+/// happen.
+fn refusal(world: &World) -> Option<&'static str> {
+    let timeline = world.resource::<Timeline>();
+    if !is_live(timeline) {
+        return Some(why_not(timeline));
+    }
+    is_over(world.resource(), world.resource(), world.resource()).then_some(OVER)
 }
 
 fn sight(camera: (&Camera, &GlobalTransform), cursor: Vec2) -> Option<Sight> {
@@ -189,7 +198,10 @@ fn drag_and_let_go(
     }
     if !buttons.pressed(MouseButton::Left) {
         if let Some(intervention) = drag.intention {
-            commands.queue(move |world: &mut World| undo::act(world, intervention));
+            commands.queue(move |world: &mut World| match refusal(world) {
+                Some(why) => world.resource_mut::<Notice>().tell(why),
+                None => undo::act(world, intervention),
+            });
         }
         *drag = MouseDrag::default();
     }
@@ -211,15 +223,9 @@ fn apply(world: &mut World) {
             undo::apply(world, action == HandAction::Undo);
             continue;
         }
-        if !is_live(world.resource()) {
-            let words = why_not(world.resource());
-            world.resource_mut::<Notice>().tell(words);
-            continue;
-        }
-        // A finished match takes no further cycle, in which an intervention could happen.
-        let is_over = is_over(world.resource(), world.resource(), world.resource());
-        if is_over && !matches!(action, HandAction::Drive | HandAction::KeepSituation) {
-            world.resource_mut::<Notice>().tell(OVER);
+        let stays_possible = matches!(action, HandAction::Drive | HandAction::KeepSituation);
+        if let Some(why) = refusal(world).filter(|why| *why != OVER || !stays_possible) {
+            world.resource_mut::<Notice>().tell(why);
             continue;
         }
         match action {

@@ -5,7 +5,6 @@ use bevy_egui::egui::text::LayoutJob;
 use bevy_egui::egui::{self, Align2, RichText, TextFormat, TextStyle};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::OVER;
 use super::driving::{self, Driving};
 use super::referee_menu::RefereeMenu;
 use super::undo::Undo;
@@ -13,7 +12,7 @@ use crate::viewer::display_settings::Workspace;
 use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
 use crate::viewer::layout::{self, LayoutSystems};
-use crate::viewer::shared::{Action, HandAction, Notice, Playback, Selection, ToggleFilm, is_over};
+use crate::viewer::shared::{Action, HandAction, Notice, OVER, Playback, Selection, ToggleFilm, is_over};
 use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;

@@ -5,11 +5,10 @@
 
 use bevy::prelude::*;
 
-use super::{is_live, why_not};
+use super::refusal;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::pen_marks::{Pen, PenMark};
 use crate::viewer::shared::Notice;
-use crate::viewer::timeline::Timeline;
 use naoisis_core::ball::{Ball, BallVelocity};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Intervention, Interventions, Penalty};
@@ -201,10 +200,9 @@ pub(super) fn redo(world: &mut World) -> String {
     words
 }
 
-/// Returns the reason if a step cannot be undone or redone now: in the past, only strokes of the pen can be.
+/// Returns the reason if a step cannot be undone or redone now: in the past and after the end of a match, only strokes of the pen can be.
 fn why_it_cannot_be(world: &World, step: &Step) -> Option<String> {
-    let timeline = world.resource::<Timeline>();
-    (matches!(step, Step::Hand { .. }) && !is_live(timeline)).then(|| why_not(timeline).to_owned())
+    matches!(step, Step::Hand { .. }).then(|| refusal(world).map(str::to_owned)).flatten()
 }
 
 /// Removes the steps of another match, except strokes of the pen.

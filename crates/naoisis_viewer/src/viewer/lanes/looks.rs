@@ -125,7 +125,7 @@ pub(super) fn show_legend(ui: &mut egui::Ui, words: &[String]) {
             }
             entries.iter().for_each(|(look, name)| show_entry(ui, *look, name));
         }
-        ui.label(dim("disc: kick, ring: missed; triangle: mistake").size(text_size::SMALL));
+        ui.label(dim("empty: no intention; disc: kick, ring: missed; triangle: mistake").size(text_size::SMALL));
     });
 }
 

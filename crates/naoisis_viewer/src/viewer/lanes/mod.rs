@@ -19,7 +19,7 @@ use super::event_filter::{EventFilter, ListedEvents};
 use super::event_log::{EventJump, LogEntry};
 use super::keyframes::Keyframes;
 use super::layout::LayoutSystems;
-use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
+use super::shared::{FindEvent, Notice, Playback, RobotsWorld, Selection, TimelineCommand};
 use super::time_axis::ShownPart;
 use super::timeline::Timeline;
 use naoisis_core::cycle::{Cycle, CycleClock};
@@ -187,10 +187,13 @@ fn find_event(
     history: Res<History>,
     mut selection: ResMut<Selection>,
     (timeline, clock, listed): (Res<Timeline>, Res<CycleClock>, Option<Res<ListedEvents>>),
+    world: Option<Res<RobotsWorld>>,
     mut playback: ResMut<Playback>,
     mut notice: ResMut<Notice>,
     (mut moments, mut jumps): (MessageWriter<TimelineCommand>, MessageWriter<EventJump>),
 ) {
+    // A believed world that is shown stays that of its robot.
+    let selects = !world.is_some_and(|world| world.0);
     for wanted in wanted.read() {
         let now = timeline.cursor().map_or(clock.cycle, |cursor| cursor.ceil() as u64);
         if let (EventKind::Listed, Some(listed)) = (lanes.kind, &listed) {
@@ -200,7 +203,7 @@ fn find_event(
                     moments.write(TimelineCommand::GoTo(entry.shown_cycle(clock.period_s)));
                     playback.paused = true;
                     notice.tell(&entry.text);
-                    if entry.robot.is_some() {
+                    if entry.robot.is_some() && selects {
                         (selection.0, lanes.followed) = (entry.robot, entry.robot);
                     }
                 }
@@ -224,7 +227,7 @@ fn find_event(
             Some((cycle, robot)) => {
                 moments.write(TimelineCommand::GoTo(*cycle));
                 playback.paused = true;
-                if chosen.is_none() && robot.is_some() {
+                if chosen.is_none() && robot.is_some() && selects {
                     (selection.0, lanes.followed) = (*robot, *robot);
                 }
                 let is_there = |mistake: &&Mistake| cycle_of(mistake, clock.period_s) == *cycle;

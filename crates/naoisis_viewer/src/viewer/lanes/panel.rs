@@ -296,8 +296,14 @@ fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Strin
         spans.get(spans.partition_point(|span| span.last < cycle)).map(|span| &span.what)
     }
     let intention = at(&track.intentions, cycle).map(|word| lanes.tracks.words()[*word].as_str());
+    let intention = intention.filter(|words| !words.is_empty()).unwrap_or("no intention");
     let ball = at(&track.ball, cycle).map(|source| ball_words(*source));
-    let mut words = format!("   {id}: {}   ball {}", intention.unwrap_or_default(), ball.unwrap_or_default());
+    let condition = match at(&track.conditions, cycle) {
+        Some(Condition::Down) => "   down",
+        Some(Condition::Penalised) => "   penalised",
+        Some(Condition::Up) | None => "",
+    };
+    let mut words = format!("   {id}: {intention}{condition}   ball {}", ball.unwrap_or_default());
     let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
     for mistake in of_robot.filter(|mistake| is_near(mistake, period_s, cycle, reach)) {
         words.push('\n');

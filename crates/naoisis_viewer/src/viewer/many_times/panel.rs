@@ -78,6 +78,9 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
     ui.label(format!("From {at} on, for {:.0} s", run.for_s));
     let (played, times) = (run.rows.len(), run.times);
     ui.add(ProgressBar::new(played as f32 / times as f32).text(format!("{played} of {times}")));
+    if !run.is_running && played < times {
+        ui.label(format!("Stopped after {played} of {times}"));
+    }
     if run.rows.is_empty() {
         return;
     }
@@ -103,6 +106,7 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
     });
     let difference = outcomes
         .goal_difference
+        .filter(|goals| goals.margin().is_finite())
         .map(|goals| format!("goals, blue - pink: {:+.2} ± {:.2}", goals.value, goals.margin()));
     let first =
         outcomes.first_goal_s.map(|time_s| format!("first goal after {time_s:.1} s (median, of those with a goal)"));
@@ -149,12 +153,17 @@ fn show_test(
         return;
     }
     let percent = expected.percent.unwrap_or(at_least);
-    let verdict = if share >= percent { "it passes" } else { "it fails" };
+    let can_fail = percent > 0.0;
+    let verdict = match (can_fail, share >= percent) {
+        (false, _) => "every match passes: a test needs more than 0 %, or the other team",
+        (true, true) => "it passes",
+        (true, false) => "it fails",
+    };
     ui.label(dim(format!("measured: {share:.1} %; with these figures, {verdict}")).size(text_size::ENTRY));
     if is_changed {
         ui.label("You have changed this moment since: begin again, so that the test contains the change");
     }
-    let button = ui.add_enabled(!is_changed, egui::Button::new("Save as a test"));
+    let button = ui.add_enabled(can_fail && !is_changed, egui::Button::new("Save as a test"));
     let hint = "Saves this moment, and a scenario that continues from it, for naoisis check --play";
     if button.on_hover_text(hint).clicked() {
         commands.write(ManyTimesCommand::Save { team, percent });

@@ -6,7 +6,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 
 use super::Run;
-use crate::viewer::new_file::{stem, write_new};
+use crate::viewer::new_file::{new_path, stem, write_new};
 use naoisis_core::statistics;
 use naoisis_core::team::Team;
 use naoisis_sim::scenario::Expectation;
@@ -41,6 +41,10 @@ pub(super) fn save(folder: &Path, team: Team, percent: f64, run: &Run) -> Result
     let name = if name.is_empty() { "moment" } else { name.as_str() };
     let expectation = expectation(team, percent, run)?;
     let file_name = format!("{}-{:06}", stem(name), run.cycle);
+    // Both files have the same name.
+    let has_moment = |path: &Path| path.with_extension(EXTENSION).exists();
+    let test = new_path(folder, &file_name, "json", has_moment).map_err(|error| error.to_string())?;
+    let file_name = test.file_stem().map_or(file_name, |stem| stem.to_string_lossy().into_owned());
     let moment = write_new(folder, &file_name, EXTENSION, run.moment.bytes()).map_err(|error| error.to_string())?;
     // The duration covers as many cycles as were played.
     let duration_s = (run.for_s / cycle_s - 1e-6).ceil() * cycle_s;

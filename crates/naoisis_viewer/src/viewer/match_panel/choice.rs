@@ -28,7 +28,7 @@ impl MatchChoice {
     /// # Errors
     /// A message about the resulting scenario if it is invalid.
     pub fn applied(&self, present: &Scenario, file: Option<&ScenarioFile>) -> Result<ScenarioFile, String> {
-        let in_words = |error: ScenarioError| error.headline();
+        let in_words = |error: ScenarioError| error.to_string();
         let mut chosen = match self {
             MatchChoice::League(league) => {
                 let teams = present.teams.clone().unwrap_or_default();

@@ -25,6 +25,8 @@ use trace_reading::{TraceReading, is_reading};
 
 /// The time between two checks of the file, s.
 const LOOK_EVERY_S: f32 = 0.5;
+/// The files that can be opened.
+const KINDS: &str = "a scenario (.json, .ron), a trace (.jsonl, .jsonl.zst, .mcap) or a saved match (.naoisis)";
 /// The scenario for two teams if the current one has none.
 const TEAM_MATCH: &str = "match3v3";
 
@@ -74,6 +76,11 @@ impl WatchedScenarioFile {
     /// Watches this file from now on.
     pub fn of(file: &Path) -> Self {
         Self { file: Some(file.to_owned()), modified: modified(file), ..Self::default() }
+    }
+
+    /// The same file, without its changes until now.
+    pub(super) fn up_to_date(self) -> Self {
+        Self { modified: self.file.as_deref().and_then(modified), ..self }
     }
 
     /// The same file, without another one that could not be opened.
@@ -152,6 +159,7 @@ fn watch_file(
     time: Res<Time<Real>>,
     mut since_s: Local<f32>,
     mut source: ResMut<WatchedScenarioFile>,
+    notice: Option<ResMut<Notice>>,
     mut commands: MessageWriter<MatchCommand>,
 ) {
     *since_s += time.delta_secs();
@@ -159,8 +167,15 @@ fn watch_file(
         return;
     }
     *since_s = 0.0;
+    let was_gone = source.is_gone;
     if let Some(file) = source.changed() {
         commands.write(MatchCommand::Open(file));
+    }
+    if source.is_gone
+        && !was_gone
+        && let Some(mut notice) = notice
+    {
+        notice.tell(source.words());
     }
 }
 
@@ -215,11 +230,11 @@ fn with_home(path: &Path) -> PathBuf {
 fn open(world: &mut World, path: &Path) -> Result<(), String> {
     let path = &with_home(path);
     let name = path.to_string_lossy();
-    if [".jsonl", ".jsonl.zst", ".mcap"].iter().any(|ending| name.ends_with(ending)) {
+    if [".jsonl", ".jsonl.zst", ".mcap"].iter().any(|ending| name.ends_with(ending)) && path.exists() {
         let begun = world.resource_mut::<TraceReading>().begin(path);
         return begun.map_err(|error| format!("{}: cannot be read: {error}", path.display()));
     }
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(EXTENSION)) {
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(EXTENSION)) && path.exists() {
         drive::go_on(world, path)?;
         world.insert_resource(WatchedScenarioFile::default());
         note_opened(world, path);
@@ -227,8 +242,15 @@ fn open(world: &mut World, path: &Path) -> Result<(), String> {
     }
     // The time of its last change is that of before it was read.
     let watched = if path.exists() { WatchedScenarioFile::of(path) } else { WatchedScenarioFile::default() };
-    // In a file, the place says where to look; a file that is no scenario at all needs to be told what one is.
-    let words = |error: ScenarioError| if error.place().is_some() { error.headline() } else { error.to_string() };
+    // Without an ending it may be the name of a built-in scenario.
+    if let Some(ending) = path.extension() {
+        let is_scenario = ["json", "ron"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+        let problem = if path.exists() { "no such kind of file is known" } else { "there is no such file" };
+        if !(is_scenario && path.exists()) {
+            return Err(format!("{}: {problem}; expected {KINDS}", path.display()));
+        }
+    }
+    let words = |error: ScenarioError| error.to_string();
     let started = ScenarioFile::find(&name).map_err(words).and_then(|file| drive::start_file(world, file));
     match started {
         Ok(()) => world.insert_resource(watched),

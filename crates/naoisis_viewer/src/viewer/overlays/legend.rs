@@ -20,8 +20,9 @@ const MOST_HEIGHT: f32 = 0.5;
 
 /// The size of a patch, logical pixels.
 const PATCH: f32 = 9.0;
-/// The width of the free area below which letters are small, logical pixels.
+/// The width and the height of the free area below which letters are small, logical pixels.
 const NARROW: f32 = 700.0;
+const LOW: f32 = 350.0;
 
 /// Shows the legend.
 pub(super) struct LegendPlugin;
@@ -40,15 +41,16 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
         true => Overlay::ALL.into_iter().filter(|overlay| showing.any(*overlay)).collect(),
         false => vec![Overlay::Beliefs],
     };
-    let lines: Vec<_> = shown.into_iter().map(marks).filter(|marks| !marks.is_empty()).collect();
+    let marks: Vec<_> = shown.into_iter().flat_map(marks).collect();
     let context = contexts.ctx_mut()?;
     let free = layout::free_area(context).size();
     let last = context.memory(|memory| memory.area_rect("legend")).map_or(egui::Vec2::ZERO, |area| area.size());
     // Panels may leave too little of the match for it.
-    if lines.is_empty() || last.y > MOST_HEIGHT * free.y {
+    if marks.is_empty() || last.y > MOST_HEIGHT * free.y {
         return Ok(());
     }
-    let (width, size) = if free.x < NARROW { (free.x, text_size::SMALL) } else { (0.6 * free.x, text_size::IMPORTANT) };
+    let is_small = free.x < NARROW || free.y < LOW;
+    let (width, size) = if is_small { (free.x, text_size::SMALL) } else { (0.6 * free.x, text_size::IMPORTANT) };
     let area = layout::floating(context, "legend", Align2::LEFT_TOP);
     // In the use for watching, it is below the score.
     let score = context.memory(|memory| memory.area_rect(LARGE_SCORE)).filter(|_| showing.is_watched());
@@ -58,22 +60,20 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
     area.interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.set_max_width(width - 40.0);
-            for marks in lines {
-                ui.horizontal_wrapped(|ui| {
-                    ui.spacing_mut().item_spacing.x = 5.0;
-                    for (colour, words) in marks {
-                        // A patch stays on one line with its words.
-                        let font = egui::FontId::proportional(size);
-                        let words = ui.painter().layout_no_wrap(words.to_owned(), font, ui.visuals().text_color());
-                        if ui.available_size_before_wrap().x < PATCH + 5.0 + words.size().x {
-                            ui.end_row();
-                        }
-                        patch(ui, colour);
-                        ui.label(words);
-                        ui.add_space(6.0);
+            ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing.x = 5.0;
+                for (colour, words) in marks {
+                    // A patch stays on one line with its words.
+                    let font = egui::FontId::proportional(size);
+                    let words = ui.painter().layout_no_wrap(words.to_owned(), font, ui.visuals().text_color());
+                    if ui.available_size_before_wrap().x < PATCH + 5.0 + words.size().x {
+                        ui.end_row();
                     }
-                });
-            }
+                    patch(ui, colour);
+                    ui.label(words);
+                    ui.add_space(6.0);
+                }
+            });
         });
     });
     Ok(())
@@ -107,7 +107,7 @@ pub(super) fn marks(overlay: Overlay) -> Vec<(Color, &'static str)> {
         }
         Overlay::Beliefs => inks(&[
             (Purple, "believes itself"),
-            (Orange, "the ball, with a line to it"),
+            (Orange, "the ball, with a line to it; arrow: its motion"),
             (robot_ink(Team::Blue), "a blue robot"),
             (robot_ink(Team::Pink), "a pink robot"),
         ]),

@@ -177,7 +177,10 @@ fn apply(
                     notice.tell(if bookmarks.list.is_empty() {
                         "No bookmarks; K: add one at this moment"
                     } else {
-                        "No more bookmarks"
+                        match forward {
+                            true => "No bookmark after this moment; Shift J: the one before",
+                            false => "No bookmark before this moment; J: the next one",
+                        }
                     });
                     continue;
                 };

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use crate::viewer::camera::{CameraMode, ViewerCamera};
+use crate::viewer::display_settings::{DisplaySettings, Workspace};
 use crate::viewer::overlays::{Brush, draw_world_of};
 use crate::viewer::palette;
 use crate::viewer::shared::{Notice, RobotsWorld, Selection, SelectionCommand, TeachAction};
@@ -35,17 +36,25 @@ pub(super) fn apply(
     }
 }
 
-/// Returns to the truth when no robot is selected, and in the view through a robot's camera, which has no beliefs in it.
+/// Returns to the truth when no robot is selected, in the use for watching, and in the view through a robot's camera, which has no beliefs
+/// in it.
 pub(super) fn leave(
-    selection: Res<Selection>,
+    (selection, display): (Res<Selection>, Res<DisplaySettings>),
+    mut before: Local<Option<Workspace>>,
     camera: Single<&ViewerCamera>,
     mut world: ResMut<RobotsWorld>,
     mut notice: ResMut<Notice>,
 ) {
     let is_camera = matches!(camera.mode, CameraMode::RobotCamera(_));
-    if world.0 && (selection.0.is_none() || is_camera) {
+    let is_watched = display.workspace == Workspace::Watch && *before != Some(Workspace::Watch);
+    *before = Some(display.workspace);
+    if world.0 && (selection.0.is_none() || is_camera || is_watched) {
         world.0 = false;
-        notice.tell(if is_camera { "The truth, as cameras see it" } else { "No robot is selected: the truth" });
+        notice.tell(match (is_camera, is_watched) {
+            (true, _) => "The truth, as cameras see it",
+            (false, true) => "The truth; Y: one robot's world",
+            (false, false) => "No robot is selected: the truth",
+        });
     }
 }
 

@@ -15,7 +15,7 @@ use super::event_log::EventLog;
 use super::keyframes::Keyframes;
 use super::shared::{DisplayFraction, Playback, TimelineCommand, replace_match};
 use super::speed::Speed;
-use naoisis_core::cycle::{Cycle, CycleClock};
+use naoisis_core::cycle::{Cycle, CycleClock, PendingHalf};
 use naoisis_record::record::RecordPlugin;
 use naoisis_record::record::history::{History, HistoryError};
 use naoisis_record::record::read_trace::ReadTrace;
@@ -280,10 +280,13 @@ fn keep_start(
     mut current: ResMut<CurrentRecord>,
     scenario: Option<Res<Scenario>>,
     timeline: Res<Timeline>,
+    half: Option<Res<PendingHalf>>,
     history: ResMut<History>,
     playback: ResMut<Playback>,
 ) {
-    let kept = history.last_cycle() == Some(recorded.cycle());
+    // A cycle that waits for a program is kept when it ends.
+    let is_under_way = half.is_some_and(|half| *half != PendingHalf::Whole);
+    let kept = is_under_way || history.last_cycle() == Some(recorded.cycle());
     if scenario.is_some() && !timeline.is_past() && !timeline.is_replay() && !kept {
         recorded.gather(&mut current);
         keep_cycle(current.into(), history, playback);

@@ -6,8 +6,9 @@ use bevy_egui::egui::{self, Align2, Color32, FontId, Grid, Sense};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::io;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use super::goal_replay::GoalReplay;
@@ -57,7 +58,7 @@ impl Plugin for SummaryPlugin {
 pub struct FinalSummary {
     /// The match, and its last cycle.
     of: Option<(Keyframes, u64)>,
-    read: Option<Mutex<Receiver<MatchSummary>>>,
+    read: Option<Reading>,
     summary: Option<MatchSummary>,
     /// Whether the end of the match is shown and the summary was not closed.
     is_shown: bool,
@@ -71,7 +72,21 @@ pub struct FinalSummary {
     is_played_to_end: bool,
 }
 
+/// A thread that reads the match.
+struct Reading {
+    summary: Mutex<Receiver<MatchSummary>>,
+    /// The cycle that was read last, and the last one to read.
+    done: Arc<AtomicU64>,
+    last: u64,
+}
+
 impl FinalSummary {
+    /// The share of the match that has been read for it, in words.
+    fn progress(&self) -> String {
+        let share = |read: &Reading| 100.0 * read.done.load(Ordering::Relaxed) as f64 / read.last.max(1) as f64;
+        self.read.as_ref().map_or_else(String::new, |read| format!(" {:.0} %", share(read)))
+    }
+
     /// Returns whether it is on the screen.
     pub fn is_shown(&self) -> bool {
         self.is_wanted() && self.summary.is_some()
@@ -130,10 +145,10 @@ fn sum_up(
         shown.of = Some((keyframes.clone(), last));
         shown.summary = None;
         let started_from = timeline.trace_scenario().unwrap_or(&scenario).clone();
-        shown.read = read_by_thread(started_from, history.clone()).ok().map(Mutex::new);
+        shown.read = read_by_thread(started_from, history.clone(), last).ok();
     }
     let Some(read) = &shown.read else { return };
-    let summary = read.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
+    let summary = read.summary.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
     match summary {
         Ok(mut summary) => {
             summary.how = game.result(&rules).how().filter(|_| is_at_end);
@@ -144,18 +159,21 @@ fn sum_up(
     }
 }
 
-fn read_by_thread(scenario: Scenario, mut history: History) -> io::Result<Receiver<MatchSummary>> {
+fn read_by_thread(scenario: Scenario, mut history: History, last: u64) -> io::Result<Reading> {
     let (sender, receiver) = mpsc::channel();
+    let done = Arc::<AtomicU64>::default();
+    let progress = Arc::clone(&done);
     thread::Builder::new().name("summary".to_owned()).spawn(move || {
         let mut summary = MatchSummary::new(&scenario);
         for cycle in history.cycles().into_iter().flatten() {
             if let Ok(Some(record)) = history.record(cycle) {
                 summary.look(&record);
             }
+            progress.store(cycle, Ordering::Relaxed);
         }
         let _nobody_waits = sender.send(summary);
     })?;
-    Ok(receiver)
+    Ok(Reading { summary: Mutex::new(receiver), done, last })
 }
 
 fn show_summary(
@@ -171,7 +189,7 @@ fn show_summary(
     let context = contexts.ctx_mut()?;
     let Some(summary) = &shown.summary else {
         layout::floating(context, "summary to come", Align2::CENTER_CENTER).show(context, |ui| {
-            card(ui).show(ui, |ui| ui.label("The statistics are being counted…"));
+            card(ui).show(ui, |ui| ui.label(format!("The statistics are being counted…{}", shown.progress())));
         });
         return Ok(());
     };
@@ -247,7 +265,8 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2],
     ui.add_space(letters / 2.0);
     ui.horizontal(|ui| {
         let PerTeam { blue, pink } = &summary.places;
-        let team = |team| palette::in_panel(palette::team(team));
+        // The bright colours of text on dark panels, for dark turf.
+        let team = |team| team_colour_on(true, team);
         let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::DrawColour::Orange));
         let maps = [
             ("the ball", &summary.ball, ball),
@@ -403,7 +422,8 @@ mod tests {
             }
             history.push(&record).unwrap();
         }
-        let summary = read_by_thread(Scenario::default(), history).unwrap().recv().unwrap();
+        let summary =
+            read_by_thread(Scenario::default(), history, 1).unwrap().summary.into_inner().unwrap().recv().unwrap();
         let rows = rows(&summary);
         assert_eq!(rows.first().unwrap(), &["goals", "1", "0"]);
         assert!(rows.iter().any(|row| row == &["penalties", "0", "1"]), "{rows:?}");
