@@ -327,13 +327,13 @@ def vector_env(
 
 
 def register() -> None:
-    """Registers the tasks in Gymnasium, as ``naoisis/NAME-vN``, and as ``naoisis/NAME_unseen-vN`` with opponents and a robot that are held
-    out.
+    """Registers the tasks in Gymnasium, as ``naoisis/NAME-vN``, as ``naoisis/NAME_unseen-vN`` with opponents and a robot that are held out,
+    and as ``naoisis/NAME_images-vN`` for robots that see by camera images alone.
 
     Importing :mod:`naoisis` does it, and so does the name of the module in ``gymnasium.make("naoisis:naoisis/NAME-vN")``.
     """
     for seen, version, _ in _naoisis.challenges():
-        for name in (seen, f"{seen}_unseen"):
+        for name in (seen, f"{seen}_unseen", f"{seen}_images"):
             gymnasium.register(
                 id=f"naoisis/{name}-v{version}",
                 entry_point="naoisis.environments:MatchEnv",
