@@ -202,7 +202,7 @@ class Match {
     const mind = { timeS: this.senses[at] * this.cycleS, mates: [], opponents: [], things: [], words: "" };
     for (const row of rows("b")) mind.pose = { x: of("bx", row) * 0.005, y: of("by", row) * 0.005, heading: radians(of("bh", row) / 2), ellipse: ellipse("b", row) };
     for (const row of rows("o")) mind.ball = { x: of("ox", row) * 0.02, y: of("oy", row) * 0.02, isHeard: of("o", at) === 2, ellipse: ellipse("o", row) };
-    for (const row of rows("m")) mind.mates.push({ x: of("mx", row) * 0.05, y: of("my", row) * 0.05 });
+    for (const row of rows("m")) mind.mates.push({ x: of("mx", row) * 0.05, y: of("my", row) * 0.05, ellipse: ellipse("m", row) });
     for (const row of rows("p")) mind.opponents.push({ x: of("px", row) * 0.05, y: of("py", row) * 0.05, ellipse: ellipse("p", row) });
     for (const row of rows("v")) mind.seenBall = { x: of("vx", row) * 0.02, y: of("vy", row) * 0.02 };
     for (const row of rows("t")) mind.things.push({ kind: of("tk", row), x: of("tx", row) * 0.08, y: of("ty", row) * 0.08 });

@@ -2,7 +2,7 @@
 import { TEAM } from "./scene.js";
 import { words } from "./textures.js";
 
-const [BELIEF, SIGHT, WISH, OTHER] = [0xffe14d, 0x4de1ff, 0xff9f2e, 0xffffff];
+const [BELIEF, SIGHT, WISH] = [0xffe14d, 0x4de1ff, 0xff9f2e];
 
 export function drawMind(stage, { match, robot: index, timeS, shows }, moment) {
   const { marks, scale } = stage;
@@ -19,7 +19,7 @@ export function drawMind(stage, { match, robot: index, timeS, shows }, moment) {
   const mind = match.mind(index, timeS);
   if (!mind) return;
   if (shows.sight) drawSight(marks, mind, moment.robots[index]);
-  if (shows.belief) drawBelief(marks, mind);
+  if (shows.belief) drawBelief(marks, mind, match.robots[index].team);
   if (shows.wish && mind.target) {
     marks.line(moment.robots[index], mind.target, 0.025 * scale, WISH);
     marks.add("ring", { ...mind.target, a: 0.09, colour: WISH });
@@ -49,7 +49,7 @@ function drawSight(marks, { things, seenBall }, from) {
   marks.add("ring", { ...seenBall, a: 0.07, colour: SIGHT });
 }
 
-function drawBelief(marks, { pose, ball, mates, opponents }) {
+function drawBelief(marks, { pose, ball, mates, opponents }, team) {
   if (pose) {
     marks.ellipse(pose, BELIEF);
     marks.add("arrow", { x: pose.x, y: pose.y, turn: pose.heading, a: 0.16, colour: BELIEF, z: 0.016 });
@@ -59,6 +59,8 @@ function drawBelief(marks, { pose, ball, mates, opponents }) {
     marks.add("disc", { x: ball.x, y: ball.y, a: 0.05, colour: WISH, z: 0.016 });
     if (pose) marks.line(pose, ball, 0.008, BELIEF);
   }
-  for (const mate of mates) marks.add("ring", { ...mate, a: 0.12, colour: OTHER });
-  for (const opponent of opponents) marks.ellipse(opponent, 0xff5a5a);
+  const other = team === "blue" ? "pink" : "blue";
+  for (const mate of mates) marks.ellipse(mate, TEAM[team]);
+  for (const opponent of opponents) marks.ellipse(opponent, TEAM[other]);
+  for (const robot of [...mates, ...opponents]) marks.add("disc", { x: robot.x, y: robot.y, a: 0.05, colour: BELIEF, z: 0.016 });
 }

@@ -59,12 +59,14 @@ export class RobotPanel {
     const robot = match.robots[index];
     const now = match.robot(index, at);
     const mind = match.mind(index, timeS);
-    const ball = match.ball(at);
+    // Beliefs are about the instant at which the robot sensed: the end of the cycle before.
+    const sensed = match.at(Math.max(match.startS, (mind?.timeS ?? timeS) - match.cycleS));
+    const [was, ball] = [match.robot(index, sensed), match.ball(sensed)];
     const rows = [["robot", `${robot.id}, ${robot.model}`]];
     rows.push(["is at", `${place(now)}, ${degrees(now.heading)}°`]);
     if (now.isPenalised) rows.push(["serves", "a penalty"]);
     if (now.posture) rows.push(["posture", POSTURES[now.posture] ?? ""]);
-    if (mind?.pose) rows.push(["believes to be at", `${place(mind.pose)}: ${cm(Math.hypot(mind.pose.x - now.x, mind.pose.y - now.y))} off`]);
+    if (mind?.pose) rows.push(["believes to be at", `${place(mind.pose)}: ${cm(Math.hypot(mind.pose.x - was.x, mind.pose.y - was.y))} off`]);
     if (mind?.ball) rows.push(["believes the ball at", `${place(mind.ball)}${ball ? `: ${cm(Math.hypot(mind.ball.x - ball.x, mind.ball.y - ball.y))} off` : ""}${mind.ball.isHeard ? ", as a team-mate told" : ""}`]);
     else if (mind?.pose) rows.push(["believes the ball", "lost"]);
     if (mind && match.has("robots.percepts")) {

@@ -16,8 +16,10 @@ pub(super) enum About {
 }
 
 /// Quantities that are packed without differences, because a robot sees other objects from moment to moment.
-const PLAIN: [&str; 17] =
-    ["ex", "ey", "l", "lk", "lx", "ly", "mx", "my", "pa", "pb", "pc", "px", "py", "t", "tk", "tx", "ty"];
+const PLAIN: [&str; 20] = [
+    "ex", "ey", "l", "lk", "lx", "ly", "ma", "mb", "mc", "mx", "my", "pa", "pb", "pc", "px", "py", "t", "tk", "tx",
+    "ty",
+];
 /// Larger numbers do not fit into the 32 bits of a browser's shift operators.
 const LARGEST: f64 = (1 << 29) as f64;
 

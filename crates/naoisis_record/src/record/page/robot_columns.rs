@@ -183,6 +183,7 @@ pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: En
     columns.push(about, "m", team_mates.len() as i32);
     for mate in team_mates {
         add_place(columns, about, ["mx", "my"], place(mate.position_m), ROBOT_M);
+        add_ellipse(columns, about, ["ma", "mb", "mc"], mate.covariance);
     }
     columns.push(about, "p", opponents.len() as i32);
     for opponent in opponents {
