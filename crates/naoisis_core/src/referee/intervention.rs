@@ -35,7 +35,7 @@ impl Referee<'_, '_> {
                     return Err(format!("a ball rolls at {FASTEST_MPS} m/s at most"));
                 }
                 let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
-                let place = Occupied::by_others(&self.now(), None).free_ball_place(position_m, radius);
+                let place = Occupied::by_others(&self.now(), None).ball_place(position_m, radius);
                 let place = self.put_ball(place);
                 self.decisions.ball_velocity = velocity_mps;
                 // A set play is taken from there.
@@ -204,6 +204,25 @@ mod tests {
         let (position_m, velocity_mps) = (Vec2::new(1.0, 1.0), Vec2::new(0.5, 0.0));
         let decided = decided(Intervention::PlaceBall { position_m, velocity_mps });
         assert_eq!((decided.ball, decided.ball_velocity), (Some(position_m), velocity_mps));
+    }
+
+    #[test]
+    fn a_ball_that_touches_a_robot_stays_and_one_inside_it_is_moved() {
+        let situation = MatchFixture::three_a_side();
+        let robot = &situation.robots[1];
+        let (base, radius) = (robot.bounds.base.footprint(robot.pose), situation.ball.unwrap().radius);
+        let mut touches = 0;
+        for step in 0..60 {
+            let position_m = robot.pose.transform_point(Vec2::new(0.005 * step as f32, 0.0));
+            let placed = decided(Intervention::PlaceBall { position_m, velocity_mps: Vec2::ZERO }).ball.unwrap();
+            if base.overlap_disc(position_m, radius).is_none() {
+                assert_eq!(placed, position_m);
+                touches += usize::from(base.overlap_disc(position_m, radius + 0.006).is_some());
+            } else if step == 0 {
+                assert!(placed.distance(position_m) > 0.04);
+            }
+        }
+        assert!(touches > 0);
     }
 
     #[test]

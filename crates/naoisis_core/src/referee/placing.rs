@@ -113,6 +113,11 @@ impl Occupied {
         (tried, Pose { position, ..wanted })
     }
 
+    /// The wanted position for a ball if it overlaps nothing there: it may touch a robot. Otherwise the nearest free position.
+    pub(crate) fn ball_place(&self, wanted: Vec2, radius: f32) -> Vec2 {
+        if self.admits_ball(wanted, radius - CLEARANCE) { wanted } else { self.free_ball_place(wanted, radius) }
+    }
+
     /// The free position on the carpet for the ball nearest to the wanted one. If nothing on the carpet is free for metres, a position
     /// beside the carpet.
     pub(crate) fn free_ball_place(&self, wanted: Vec2, radius: f32) -> Vec2 {
