@@ -377,6 +377,16 @@ mod tests {
     }
 
     #[test]
+    fn times_are_those_of_the_match_although_a_trace_rounds_them() {
+        let at = |number: u64, time_s: &str| cycle(number).replace("\"time_s\":0.1,", &format!("\"time_s\":{time_s},"));
+        let [first, second, third] = [at(1, "0.03333"), at(2, "0.06667"), at(3, "0.5")];
+        let (records, _) = read(&[HEADER, &first, &second, &third]).unwrap();
+        let times: Vec<f64> = records.iter().map(|record| record.time_s).collect();
+        // The last one is no rounded time of its cycle, as in a trace of another program.
+        assert_eq!(times, [1.0 / 30.0, 2.0 / 30.0, 0.5]);
+    }
+
+    #[test]
     fn times_do_not_go_back_and_numbers_are_finite() {
         for (from, to, told) in [
             ("0.1,\"ball", "-1,\"ball", "`time_s` is -1; expected at least 0.1 s"),

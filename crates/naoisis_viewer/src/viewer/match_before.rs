@@ -248,7 +248,9 @@ mod tests {
     use naoisis_sim::interface::gather::CurrentRecord;
     use naoisis_sim::scenario::TeamsSpec;
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+    use std::fs::{self, File};
     use std::path::Path;
+    use std::time::SystemTime;
 
     /// A match with ten cycles per frame.
     fn app() -> App {
@@ -352,5 +354,34 @@ mod tests {
         send(&mut app, ViewerCommand::MatchBefore);
         let timeline = app.world().resource::<Timeline>();
         assert_eq!((timeline.is_replay(), timeline.cursor(), past(&app)), (true, Some(42.0), 60));
+    }
+
+    #[test]
+    fn a_match_that_is_brought_back_does_not_begin_again_because_its_file_has_changed_since() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("my.json");
+        let write = |seed: u64, age_s: u64| {
+            fs::write(&path, format!(r#"{{ "seed": {seed}, "robots": [{{ "number": 1 }}] }}"#)).unwrap();
+            let time = SystemTime::now() - Duration::from_secs(age_s);
+            File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
+        };
+        let seed = |app: &App| app.world().resource::<Scenario>().seed;
+        let mut app = app();
+        write(1, 300);
+        send(&mut app, MatchCommand::Open(path.clone()));
+        (0..30).for_each(|_| app.update());
+        assert!(app.cycle() as f64 > SHORTEST_S * 30.0);
+        for (next, age_s) in [(2, 200), (3, 100)] {
+            write(next, age_s);
+            (0..5).for_each(|_| app.update());
+            assert_eq!(seed(&app), next);
+        }
+        send(&mut app, ViewerCommand::MatchBefore);
+        (0..5).for_each(|_| app.update());
+        assert_eq!(seed(&app), 1);
+        // The next change counts.
+        write(4, 50);
+        (0..5).for_each(|_| app.update());
+        assert_eq!(seed(&app), 4);
     }
 }

@@ -478,6 +478,32 @@ mod tests {
     }
 
     #[test]
+    fn who_follows_play_looks_at_a_place_until_play_goes_on() {
+        let mut app = App::new();
+        app.add_message::<ViewPreset>()
+            .add_message::<LookAt>()
+            .init_resource::<FollowsAgain>()
+            .insert_resource(Playback { paused: true, ..default() })
+            .add_systems(Update, (look_at_places, follow_again).chain());
+        let view = Viewpoint::behind(Pose::default());
+        let camera = app.world_mut().spawn(ViewerCamera { current: view, wanted: view, mode: CameraMode::Play }).id();
+        let mode = |app: &mut App, is_paused: bool| {
+            app.world_mut().resource_mut::<Playback>().paused = is_paused;
+            app.update();
+            app.world().get::<ViewerCamera>(camera).unwrap().mode
+        };
+        let look = |app: &mut App| app.world_mut().write_message(LookAt { place: Vec2::ONE, reach_m: 0.0 });
+        look(&mut app);
+        assert_eq!([mode(&mut app, true), mode(&mut app, false)], [CameraMode::Orbit, CameraMode::Play]);
+        // Another view that was chosen meanwhile stays.
+        look(&mut app);
+        assert_eq!(mode(&mut app, true), CameraMode::Orbit);
+        app.world_mut().write_message(ViewPreset::Fly);
+        app.world_mut().get_mut::<ViewerCamera>(camera).unwrap().mode = CameraMode::Orbit;
+        assert_eq!([mode(&mut app, true), mode(&mut app, false)], [CameraMode::Orbit; 2]);
+    }
+
+    #[test]
     fn only_the_eyes_of_a_selected_robot_are_looked_through() {
         let view = Viewpoint::behind(Pose::default());
         let camera = |mode| ViewerCamera { current: view, wanted: view, mode };

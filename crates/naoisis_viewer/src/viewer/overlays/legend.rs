@@ -51,14 +51,16 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
     }
     let is_small = free.x < NARROW || free.y < LOW;
     let (width, size) = if is_small { (free.x, text_size::SMALL) } else { (0.6 * free.x, text_size::IMPORTANT) };
-    let area = layout::floating(context, "legend", Align2::LEFT_TOP);
+    // A narrow picture has the pitch in its upper half.
+    let align = if free.x < NARROW { Align2::LEFT_BOTTOM } else { Align2::LEFT_TOP };
+    let area = layout::floating(context, "legend", align);
     // In the use for watching, it is below the score.
     let score = context.memory(|memory| memory.area_rect(LARGE_SCORE)).filter(|_| showing.is_watched());
     let corner =
         egui::pos2(layout::free_area(context).left() + MARGIN, score.map_or(0.0, |score| score.bottom() + MARGIN));
     let area = if score.is_some() { area.fixed_pos(corner) } else { area };
     area.interactable(false).show(context, |ui| {
-        card(ui).show(ui, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.set_max_width(width - 40.0);
             ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 5.0;

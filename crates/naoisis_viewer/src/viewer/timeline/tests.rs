@@ -4,6 +4,7 @@ use crate::viewer::event_log::EventLogPlugin;
 use crate::viewer::shared::ViewerCommand;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
+use naoisis_core::cycle::perceive;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_record::record::recorder::{self, EndReason};
 use naoisis_record::record::trace::TraceRecorder;
@@ -162,4 +163,19 @@ fn a_trace_is_shown_as_the_match_was() {
     frames(&mut replay, 30);
     assert!(!replay.world().resource::<Timeline>().is_replay());
     assert!(replay.robot_pose(RobotId::new(Team::Pink, 3)).is_some());
+}
+
+#[test]
+fn a_cycle_that_waits_for_a_program_leaves_the_past_as_it_is() {
+    let mut app = match3v3();
+    frames(&mut app, 60);
+    let before = app.cycle();
+    app.world_mut().resource_mut::<Playback>().paused = true;
+    perceive(app.world_mut());
+    frames(&mut app, 3);
+    assert_eq!((app.cycle(), app.world().resource::<History>().last_cycle()), (before + 1, Some(before)));
+    app.world_mut().resource_mut::<Playback>().paused = false;
+    frames(&mut app, 30);
+    let cycles = app.world().resource::<History>().cycles().unwrap();
+    assert_eq!((*cycles.start(), *cycles.end()), (0, app.cycle()));
 }
