@@ -58,7 +58,7 @@
 //!
 //! | crate | modules, from the lowest to the highest | what is there |
 //! |---|---|---|
-//! | `naoisis_core` | `knowledge` `short_name` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` `team` `cycle` `pitch` `ball` `random` `game` `events` `robot` `camera_model` `collision` `communication` `referee` `behaviour` | the match: what is played with, robots, rules and referee, registration of behaviours and the information barrier |
+//! | `naoisis_core` | `knowledge` `short_name` `geometry` `kick_geometry` `named_values` `read_file` `replace_file` `team` `cycle` `pitch` `ball` `random` `statistics` `game` `events` `robot` `camera_model` `collision` `communication` `referee` `behaviour` | the match: what is played with, robots, rules and referee, registration of behaviours and the information barrier |
 //! | `naoisis_sensing` | `appearance` `sensing` `belief` | what everything looks like; sonars, odometry, cameras, vision; estimators |
 //! | `naoisis_sim` | `scenario` `teams` `simulation` `interface` `prelude` | scenario files and presets, the built-in teams, a match from its start, saved matches, the record of a cycle |
 //! | `naoisis_agents` | `agents` `game_controller` `environment` `policy` | robots that programs outside decide for, the league's protocol, environments for learning, learned policies as players |

@@ -79,6 +79,6 @@ mod tests {
             (reasons.iter().map(|entry| entry.time_s).collect::<Vec<_>>(), earlier)
         };
         assert_eq!(of(1), (vec![8.0, 12.0, 13.0, 14.0], 0));
-        assert_eq!(of(3), (vec![8.0, 12.0, 13.0, 14.0, 14.0, 14.0], 2));
+        assert_eq!(of(3), (vec![8.0, 8.0, 12.0, 13.0, 14.0, 14.0], 2));
     }
 }
