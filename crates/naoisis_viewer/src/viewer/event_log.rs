@@ -131,6 +131,8 @@ pub struct BallTouch {
 pub struct EventLog {
     entries: Vec<LogEntry>,
     touches: Vec<BallTouch>,
+    /// The times at which robots lost their programs, s.
+    lost_programs: Vec<(f64, RobotId)>,
 }
 
 impl EventLog {
@@ -139,6 +141,9 @@ impl EventLog {
         for event in events {
             let touch = touch(event).map(|(robot, kick)| BallTouch { time_s, robot, kick });
             self.touches.extend(touch);
+            if let MatchEvent::AgentLost { robot, .. } = event {
+                self.lost_programs.push((time_s, *robot));
+            }
             let Some((team, important, text)) = describe(event) else { continue };
             let (robot, place, evidence) = circumstances(event);
             self.entries.push(LogEntry {
@@ -160,8 +165,7 @@ impl EventLog {
 
     /// Removes all entries.
     pub fn clear(&mut self) {
-        self.entries.clear();
-        self.touches.clear();
+        *self = Self::default();
     }
 
     /// Returns the entries until a time, s, oldest first.
@@ -172,7 +176,13 @@ impl EventLog {
     /// Returns the log until a time, s, for a branch of the match.
     pub fn cut(&self, time_s: f64) -> EventLog {
         let touches = self.touches.iter().filter(|touch| touch.time_s <= time_s).copied().collect();
-        EventLog { entries: self.until(time_s).to_vec(), touches }
+        let lost = self.lost_programs.iter().filter(|(lost_s, _)| *lost_s <= time_s);
+        EventLog { entries: self.until(time_s).to_vec(), touches, lost_programs: lost.copied().collect() }
+    }
+
+    /// Returns the time at which a robot lost its program, if it did until a time, s.
+    pub fn lost_program(&self, robot: RobotId, time_s: f64) -> Option<f64> {
+        self.lost_programs.iter().find(|(lost_s, id)| *id == robot && *lost_s <= time_s).map(|(lost_s, _)| *lost_s)
     }
 
     /// Returns whether the log has this entry.
@@ -342,6 +352,17 @@ mod tests {
         assert!(log.has(second) && !log.has(&LogEntry { time_s: 2.5, ..second.clone() }));
         assert_eq!(log.last_touch(2.0), Some(BallTouch { time_s: 1.0, robot, kick: false }));
         assert_eq!(log.last_touch(0.5), None);
+    }
+
+    #[test]
+    fn a_robot_has_lost_its_program_from_then_on() {
+        let robot = RobotId::new(Team::Blue, 2);
+        let (reason, message) = (naoisis_core::events::AgentLoss::Malformed, String::new());
+        let mut log = EventLog::default();
+        log.note(17.0, [&MatchEvent::AgentLost { robot, reason, message }]);
+        assert_eq!([16.9, 17.0, 90.0].map(|time_s| log.lost_program(robot, time_s)), [None, Some(17.0), Some(17.0)]);
+        assert_eq!(log.lost_program(RobotId::new(Team::Blue, 3), 90.0), None);
+        assert_eq!([log.cut(20.0), log.cut(10.0)].map(|log| log.lost_program(robot, 90.0)), [Some(17.0), None]);
     }
 
     #[test]

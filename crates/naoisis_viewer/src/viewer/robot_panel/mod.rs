@@ -2,7 +2,7 @@
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
-use bevy_egui::egui::{self, CollapsingHeader, Grid};
+use bevy_egui::egui::{self, CollapsingHeader, Grid, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 mod last_kick;
@@ -15,6 +15,7 @@ mod wording;
 use super::camera_images::{CameraImagesSystems, Watched};
 use super::cycle_samples::CycleSamples;
 use super::display_settings::{DisplaySettings, Switch};
+use super::event_log::EventLog;
 use super::keyframes::Keyframes;
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::plots::catalogue::FieldList;
@@ -22,7 +23,7 @@ use super::plots::wording::component as component_words;
 use super::plots::{PlotCommand, Plots};
 use super::rebuild::ShownState;
 use super::shared::{Action, DRIVEN, Playback, Selection, SelectionCommand, TimelineCommand, ViewPreset};
-use super::theme::{band, bright, count, dim, text_size};
+use super::theme::{band, bright, count, dim, minutes, problem_colour, text_size};
 use super::timeline::Timeline;
 use super::unrecognised::ShownUnrecognised;
 use naoisis_core::camera_model::CameraName;
@@ -131,7 +132,7 @@ fn show_robot(
     selection: Res<Selection>,
     roster: Res<Roster>,
     robots: Query<ShownRobot>,
-    (clock, game): (Res<CycleClock>, Res<Game>),
+    (clock, game, log): (Res<CycleClock>, Res<Game>, Res<EventLog>),
     (samples, current, display): (Res<CycleSamples>, Res<CurrentRecord>, Res<DisplaySettings>),
     (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
     (mut opened, missed): (ResMut<Opened>, Res<ShownUnrecognised>),
@@ -163,6 +164,10 @@ fn show_robot(
             Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
         };
         show_head(ui, id, &robot, (behaviour, intention), &clock, &mut actions);
+        if let Some(lost_s) = log.lost_program(id, clock.end_time_s()) {
+            let words = format!("its program ended at {}: R starts it again", minutes(lost_s as f32));
+            ui.label(RichText::new(words).color(problem_colour(ui)).size(text_size::ENTRY));
+        }
         let mut pins = Pins { robot: id, plots: &plots, fields: &fields, commands: &mut commands };
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.set_max_width(width);
