@@ -219,7 +219,7 @@ fn show_robot(
                 }
                 show_reasons(ui, &state, (clock.cycle, timeline.is_past()));
                 if let Some(words) = last_kick::refused_now(&current.record, id) {
-                    ui.add(egui::Label::new(egui::RichText::new(words).size(text_size::ENTRY)).wrap());
+                    ui.add(egui::Label::new(RichText::new(words).size(text_size::ENTRY)).wrap());
                 }
                 let kick = last_kick.last_kick((id, clock.cycle), history.bypass_change_detection(), &keyframes, &game);
                 if let Some(wanted) = kick.and_then(|kick| show_kick(ui, kick, &clock)) {
@@ -251,7 +251,7 @@ fn lines(ui: &mut egui::Ui, name: &str, lines: Vec<(String, String)>, pins: &mut
         let mut before: Option<String> = None;
         for (line, value) in lines {
             ui.label(dim(&line).size(text_size::ENTRY));
-            let shown = ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+            let shown = ui.add(egui::Label::new(RichText::new(value).size(text_size::ENTRY)).wrap());
             pins.offer(shown, name, &line, before.as_deref());
             ui.end_row();
             before = Some(line);
@@ -320,7 +320,7 @@ fn show_messages(
     for message in inbox {
         let age = count(cycle.saturating_sub(message.sent_cycle) as usize, "cycle");
         let text = format!("{}, {age} ago: {}", message.from, wording::message(&message.say));
-        ui.add(egui::Label::new(egui::RichText::new(text).size(text_size::ENTRY)).wrap());
+        ui.add(egui::Label::new(RichText::new(text).size(text_size::ENTRY)).wrap());
     }
 }
 
@@ -344,7 +344,7 @@ fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_past): (u64, b
     Grid::new("reasons").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
         for (index, option) in reasons.options.iter().enumerate() {
             let is_chosen = reasons.chosen == Some(index);
-            let name = egui::RichText::new(option.name.as_ref()).size(text_size::ENTRY);
+            let name = RichText::new(option.name.as_ref()).size(text_size::ENTRY);
             ui.label(if is_chosen { name.strong() } else { name.weak() });
             let (area, response) = ui.allocate_exact_size(egui::vec2(BAR, 9.0), egui::Sense::hover());
             let length = bar_length(option.value, &values) * BAR;
@@ -363,7 +363,7 @@ fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_past): (u64, b
 fn show_kick(ui: &mut egui::Ui, kick: &last_kick::LastKick, clock: &CycleClock) -> Option<u64> {
     let ago_s = clock.cycle.saturating_sub(kick.cycle) as f64 * clock.period_s;
     let when = if ago_s > 0.0 { format!("Last kick, {ago_s:.1} s ago") } else { "Kicks now".to_owned() };
-    let words = egui::RichText::new(format!("{when}: {}", kick.words)).size(text_size::ENTRY);
+    let words = RichText::new(format!("{when}: {}", kick.words)).size(text_size::ENTRY);
     ui.add(egui::Label::new(words).wrap());
     let places = [("Go to the decision", kick.decided), ("Go to the kick", Some(kick.cycle))];
     let places = places.into_iter().filter_map(|(name, cycle)| cycle.map(|cycle| (name, cycle)));
@@ -402,7 +402,7 @@ fn show_state(ui: &mut egui::Ui, state: &ShownState, pins: &mut Pins) {
         Grid::new(&component.name).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
             for (name, value) in &component.fields {
                 ui.label(dim(name).size(text_size::ENTRY));
-                let shown = ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+                let shown = ui.add(egui::Label::new(RichText::new(value).size(text_size::ENTRY)).wrap());
                 if let Some(type_id) = component.type_id {
                     pins.offer_field(shown, type_id, name);
                 }
