@@ -5,6 +5,8 @@ use naoisis::simulation::{change_settings, situation};
 
 use crate::support::{blue, headless_app, pink};
 use naoisis::game::{GameState, Intervention, Penalty, PenaltyReason, Score};
+use naoisis::robot::Roster;
+use naoisis::robot::posture::{LyingOn, Posture};
 
 /// The situation, by way of a file.
 fn saved(app: &mut bevy::prelude::App) -> Scenario {
@@ -84,4 +86,18 @@ fn every_moment_of_a_match_can_be_saved() {
     changed.messages.loss = 0.25;
     change_settings(app.world_mut(), &changed).unwrap();
     assert_eq!(saved(&mut app).messages.loss, 0.25);
+}
+
+#[test]
+fn a_robot_that_lies_lies_in_the_new_match() {
+    let mut app = headless_app();
+    app.start_match(&Scenario { seed: 3, ..Scenario::named("match3v3").unwrap() }).unwrap();
+    app.run_cycles(300);
+    let robot = app.world().resource::<Roster>().get(blue(2)).unwrap();
+    let fallen = Posture::Fallen { cycles: 3, on: LyingOn::Back };
+    *app.world_mut().get_mut::<Posture>(robot).unwrap() = fallen;
+    let mut again = headless_app();
+    again.start_match(&saved(&mut app)).unwrap();
+    let postures = [blue(2), blue(3)].map(|id| *again.robot::<Posture>(id).unwrap());
+    assert!(matches!(postures, [Posture::Fallen { on: LyingOn::Back, .. }, Posture::Upright]), "{postures:?}");
 }

@@ -11,6 +11,7 @@ use naoisis_core::game::{Game, GameState, Intervention, Interventions, Penalty, 
 use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::posture::Posture;
 
 /// Returns a scenario that begins in the present situation of the match in `world`: places, heads, the rolling ball, penalties, the score,
 /// and interventions that have not happened yet. Unlike a [`Snapshot`](super::Snapshot) it is a new match, which can be edited by hand, and
@@ -35,6 +36,10 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
         if let Some(head) = world.get::<HeadAngles>(entity) {
             robot.head_angles = [head.yaw, head.pitch];
         }
+        robot.lies_on = match world.get::<Posture>(entity) {
+            Some(Posture::Fallen { on, .. } | Posture::GettingUp { on, .. }) => Some(*on),
+            _ => None,
+        };
         if let Some(penalty) = world.get::<Penalty>(entity).and_then(|penalty| penalty.0) {
             let duration_s = Some((penalty.cycles_left as f64 * clock.period_s) as f32);
             interventions.push(Intervention::Penalise { robot: robot.id(), reason: penalty.reason, duration_s });
