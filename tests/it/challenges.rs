@@ -38,6 +38,8 @@ fn a_challenge_that_cannot_be_played_is_refused() {
         (&["TwoOnTwo", "--team", "exec:"], "names no program"),
         (&["TwoOnTwo", "--behaviour", "random", "--scenario", "new.json"], "decides outside of the match"),
         (&["all", "--scenario", "new.json"], "expected one task"),
+        (&["all", "--watch", "3"], "--watch: expected one task"),
+        (&["TwoOnTwo", "--behaviour", "random", "--watch", "3"], "decides outside of the match"),
         #[cfg(unix)]
         (
             &["FindBall", "--team", "exec:true", "--episodes", "1"],

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use super::batch::progress_bar;
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
+use super::play::{PlayArguments, display, play_file};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::Challenge;
@@ -19,7 +20,7 @@ use naoisis_agents::environment::attempts::{
 use naoisis_agents::environment::challenge::{CHALLENGES, ChallengeError, RECORD_SEED, SuccessRate};
 use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile};
 use naoisis_core::replace_file::replace_file;
-use naoisis_sim::scenario::Realism;
+use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile};
 
 /// Arguments of `naoisis challenge`.
 #[derive(Args, Debug, Clone)]
@@ -61,6 +62,9 @@ pub struct ChallengeArguments {
     /// Play nothing, and write the episode of the seed as a scenario for `run` and `play`
     #[arg(long, value_name = "FILE", conflicts_with = "out")]
     scenario: Option<PathBuf>,
+    /// Play the episode of this seed in a window
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["out", "scenario", "seed", "record"])]
+    watch: Option<u64>,
     /// Play a file of results again, and report whether everything comes out the same
     #[arg(long, value_name = "FILE")]
     verify: Option<PathBuf>,
@@ -81,7 +85,7 @@ pub(super) fn realism(word: &str) -> Result<Realism, String> {
 }
 
 /// Runs the command.
-pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
+pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> ExitCode {
     let challenges = match challenges(arguments) {
         Ok(challenges) => challenges,
         Err(error) => return report::usage_error(&error.to_string()),
@@ -93,7 +97,19 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
         }
     }
     if let Some(path) = &arguments.scenario {
-        return write_scenario(program, arguments, &challenges, path);
+        let scenario = scenario_of("--scenario", program, arguments, &challenges, first_seed(arguments));
+        return match scenario.map(|scenario| write(path, "--scenario", to_string_pretty(&scenario))) {
+            Ok(Ok(())) => ExitCode::SUCCESS,
+            Ok(Err(message)) => report::failure(&message),
+            Err(message) => report::usage_error(&message),
+        };
+    }
+    if let Some(seed) = arguments.watch {
+        let scenario = scenario_of("--watch", program, arguments, &challenges, seed);
+        return match scenario.and_then(|scenario| as_file(&scenario, seed)) {
+            Ok(file) => play_file(program, file.scenario.name.clone(), &file, display(), &PlayArguments::default()),
+            Err(message) => report::usage_error(&message),
+        };
     }
     let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
     let interrupt = match watched {
@@ -225,25 +241,26 @@ pub(super) fn threads(wanted: Option<u16>) -> usize {
     wanted.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
 
-/// Writes the first episode of the first player as a scenario.
-fn write_scenario(
+/// The episode of a seed as the first player plays it. Errors name the `option` for which it is wanted.
+fn scenario_of(
+    option: &str,
     program: Program,
     arguments: &ChallengeArguments,
     challenges: &[(Realism, Challenge)],
-    path: &Path,
-) -> ExitCode {
-    let [(realism, challenge)] = challenges else {
-        return report::usage_error("--scenario: expected one task, not all");
-    };
-    let Some(player) = players(challenge, *realism, arguments).into_iter().next() else {
-        return report::usage_error("--scenario: expected --behaviour or --team");
-    };
-    let scenario = scenario_of_episode(challenge, &player, first_seed(arguments), program.simulator().world());
-    match scenario.map(|scenario| write(path, "--scenario", to_string_pretty(&scenario))) {
-        Ok(Ok(())) => ExitCode::SUCCESS,
-        Ok(Err(message)) => report::failure(&message),
-        Err(error) => report::usage_error(&error.to_string()),
-    }
+    seed: u64,
+) -> Result<Scenario, String> {
+    let [(realism, challenge)] = challenges else { return Err(format!("{option}: expected one task, not all")) };
+    let player = players(challenge, *realism, arguments).into_iter().next();
+    let player = player.ok_or_else(|| format!("{option}: expected --behaviour, --team or --policy"))?;
+    let scenario = scenario_of_episode(challenge, &player, seed, program.simulator().world());
+    scenario.map_err(|error| error.to_string())
+}
+
+/// The scenario of an episode as that of a file. Its name has the seed.
+fn as_file(scenario: &Scenario, seed: u64) -> Result<ScenarioFile, String> {
+    let scenario = Scenario { name: format!("{} {seed}", scenario.name), ..scenario.clone() };
+    let text = to_string_pretty(&scenario).map_err(|error| error.to_string())?;
+    ScenarioFile::from_text(&text, Format::Json, &scenario.name).map_err(|error| error.to_string())
 }
 
 /// Writes a text in JSON as a file.

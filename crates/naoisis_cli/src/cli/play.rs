@@ -76,9 +76,20 @@ pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
     if let Err(message) = arguments.teams.choose(program.simulator().world(), &mut file) {
         return report::usage_error(&message);
     }
+    play_file(program, name, &file, display, arguments)
+}
+
+/// Plays a scenario that has been read, from the file or built-in scenario `name`.
+pub(super) fn play_file(
+    program: Program<'static>,
+    name: String,
+    file: &ScenarioFile,
+    display: Result<(), &'static str>,
+    arguments: &PlayArguments,
+) -> ExitCode {
     match display {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(program, &name, Some(&file), arguments),
+        Ok(()) => watch(program, &name, Some(file), arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
@@ -86,7 +97,7 @@ pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
             report::note(&format!(
                 "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
             ));
-            run_scenario(program, &file, &headless(name, arguments))
+            run_scenario(program, file, &headless(name, arguments))
         }
     }
 }
