@@ -135,7 +135,7 @@ fn show_robot(
     (clock, game, log): (Res<CycleClock>, Res<Game>, Res<EventLog>),
     (samples, current, display): (Res<CycleSamples>, Res<CurrentRecord>, Res<DisplaySettings>),
     (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
-    (mut opened, missed): (ResMut<Opened>, Res<ShownUnrecognised>),
+    (mut opened, missed, mut shown_cycle): (ResMut<Opened>, Res<ShownUnrecognised>, Local<u64>),
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
     (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
@@ -149,6 +149,11 @@ fn show_robot(
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
+    // Tables have the heights of their last rows: those of another moment would lie over each other, until the next frame.
+    if playback.paused && (*shown_cycle != clock.cycle || state.is_changed() || missed.is_changed()) {
+        context.request_discard("values of another moment");
+    }
+    *shown_cycle = clock.cycle;
     // A narrow window has no room for both.
     if display.has_panel_at_right() && context.content_rect().width() < ROOM_FOR_TWO {
         return Ok(());
