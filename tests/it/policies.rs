@@ -80,8 +80,26 @@ fn the_striker_that_learned_beats_the_one_by_hand() {
 }
 
 #[test]
+fn a_clone_of_the_passers_scores_into_an_empty_goal_and_is_the_policy_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let episodes = |player: [&str; 2]| {
+        let task = ["challenge", "ScoreEmptyGoal", "--realism", "realistic", "--episodes", "20"];
+        let output = naoisis(folder.path(), &[&task[..], &player, &["--out", "results.json", "--force"]].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let results: Value = serde_json::from_slice(&fs::read(folder.path().join("results.json")).unwrap()).unwrap();
+        results["results"][0]["episodes"].as_array().unwrap().clone()
+    };
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/policies/passers_clone.onnx");
+    let [built_in, of_file] = [["--behaviour", "passers_clone"], ["--policy", file]].map(episodes);
+    assert_eq!(built_in, of_file);
+    let successes = built_in.iter().filter(|episode| episode["is_success"] == true).count();
+    // Its success rate is 92 %: fewer than 14 of 20 have a probability of 0.1 %.
+    assert!(successes >= 14, "{successes} of 20");
+}
+
+#[test]
 fn a_match_with_a_policy_is_saved_with_its_state_and_repeats_itself() {
-    for behaviour in [json!({ "policy": SCORE }), json!("learned")] {
+    for behaviour in [json!({ "policy": SCORE }), json!("learned"), json!("passers_clone")] {
         a_match_of_a_policy_repeats_itself(&behaviour);
     }
 }

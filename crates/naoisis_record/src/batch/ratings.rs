@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn who_beats_the_winner_of_a_pair_is_rated_above_both() {
+    fn a_team_that_beats_the_winner_of_a_pair_is_rated_above_both() {
         let pairs = [([0, 1], vec![1.0, 1.0, 0.0]), ([0, 2], vec![0.0, 0.0, 0.5]), ([1, 2], vec![0.0, 0.5, 0.5])];
         let ratings: Vec<f64> = ratings(3, &pairs).unwrap().iter().map(|rating| rating.value).collect();
         assert!(ratings[2] > ratings[0] && ratings[0] > ratings[1], "{ratings:?}");

@@ -478,7 +478,7 @@ mod tests {
     }
 
     #[test]
-    fn who_follows_play_looks_at_a_place_until_play_goes_on() {
+    fn a_camera_that_follows_play_looks_at_a_place_until_play_goes_on() {
         let mut app = App::new();
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
