@@ -321,12 +321,13 @@ fn digest(world: &World) -> u64 {
 mod tests {
     use super::*;
     use crate::environment::challenge::CHALLENGES;
+    use crate::policy::PolicyPlugin;
     use naoisis_sim::scenario::Realism;
     use naoisis_sim::simulation::NaoisisPlugins;
 
     fn simulator() -> App {
         let mut app = App::new();
-        app.add_plugins(NaoisisPlugins);
+        app.add_plugins((NaoisisPlugins, PolicyPlugin));
         app
     }
 
