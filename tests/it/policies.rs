@@ -64,16 +64,19 @@ fn a_learned_policy_scores_in_the_challenge_for_which_it_was_made() {
     assert!(verified.status.success(), "{}", text(&verified.stdout));
 }
 
+/// The result of a player in a challenge.
+fn result(folder: &Path, task: &[&str], player: [&str; 2]) -> Value {
+    let output = naoisis(folder, &[&["challenge"], task, &player, &["--out", "results.json", "--force"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let results: Value = serde_json::from_slice(&fs::read(folder.join("results.json")).unwrap()).unwrap();
+    results["results"][0].clone()
+}
+
 #[test]
 fn the_striker_that_learned_beats_the_one_by_hand() {
     let folder = tempfile::tempdir().unwrap();
-    let successes = |player: [&str; 2]| {
-        let task = ["challenge", "ScoreAgainstKeeper", "--realism", "realistic", "--episodes", "100"];
-        let output = naoisis(folder.path(), &[&task[..], &player, &["--out", "results.json", "--force"]].concat());
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        let results: Value = serde_json::from_slice(&fs::read(folder.path().join("results.json")).unwrap()).unwrap();
-        results["results"][0]["rate"]["successes"].as_u64().unwrap()
-    };
+    let task = ["ScoreAgainstKeeper", "--realism", "realistic", "--episodes", "100"];
+    let successes = |player| result(folder.path(), &task, player)["rate"]["successes"].as_u64().unwrap();
     let [learned, by_hand] = [["--policy", STRIKER], ["--behaviour", "striker"]].map(successes);
     // Their success rates are 57 and 41 %: fewer than 45 and more than 55 of 100 have probabilities below 1 %.
     assert!(learned >= 45 && by_hand <= 55 && learned > by_hand, "{learned} and {by_hand} of 100");
@@ -82,13 +85,8 @@ fn the_striker_that_learned_beats_the_one_by_hand() {
 #[test]
 fn a_clone_of_the_passers_scores_into_an_empty_goal_and_is_the_policy_of_its_file() {
     let folder = tempfile::tempdir().unwrap();
-    let episodes = |player: [&str; 2]| {
-        let task = ["challenge", "ScoreEmptyGoal", "--realism", "realistic", "--episodes", "20"];
-        let output = naoisis(folder.path(), &[&task[..], &player, &["--out", "results.json", "--force"]].concat());
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        let results: Value = serde_json::from_slice(&fs::read(folder.path().join("results.json")).unwrap()).unwrap();
-        results["results"][0]["episodes"].as_array().unwrap().clone()
-    };
+    let task = ["ScoreEmptyGoal", "--realism", "realistic", "--episodes", "20"];
+    let episodes = |player| result(folder.path(), &task, player)["episodes"].as_array().unwrap().clone();
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/policies/passers_clone.onnx");
     let [built_in, of_file] = [["--behaviour", "passers_clone"], ["--policy", file]].map(episodes);
     assert_eq!(built_in, of_file);

@@ -34,7 +34,7 @@ pub(super) fn add(app: &mut App) {
         })
         .add_team(
             PASSERS_CLONE,
-            "Players with one neural network, which learned from demonstrations of `passers` in all tasks.",
+            "Players with one neural network, which learned from demonstrations of `passers`.",
             |_, _| PASSERS_CLONE,
         );
     let mut registry = app.world_mut().get_resource_or_init::<BehaviourRegistry>();
@@ -45,25 +45,15 @@ pub(super) fn add(app: &mut App) {
 /// Returns the policy of a name; `None` for the path of a file.
 pub(super) fn named(name: &str) -> Option<Result<Arc<LoadedPolicy>, String>> {
     type Loaded = LazyLock<Result<Arc<LoadedPolicy>, String>>;
+    macro_rules! file {
+        ($include:ident, $name:literal, $ending:literal) => {
+            $include!(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"), "/policies/", $name, $ending))
+        };
+    }
     macro_rules! policy {
         ($name:literal) => {{
             static POLICY: Loaded = LazyLock::new(|| {
-                let network = include_bytes!(concat!(
-                    env!("CARGO_MANIFEST_DIR"),
-                    "/",
-                    env!("NAOISIS_ASSETS"),
-                    "/policies/",
-                    $name,
-                    ".onnx"
-                ));
-                let layout = include_str!(concat!(
-                    env!("CARGO_MANIFEST_DIR"),
-                    "/",
-                    env!("NAOISIS_ASSETS"),
-                    "/policies/",
-                    $name,
-                    ".json"
-                ));
+                let (network, layout) = (file!(include_bytes, $name, ".onnx"), file!(include_str, $name, ".json"));
                 LoadedPolicy::from_contents(network, layout).map(Arc::new)
             });
             Some(POLICY.clone())

@@ -12,10 +12,10 @@ use super::display_settings::{DisplaySettings, Switch};
 use super::interaction::driving::Driving;
 use super::key_presses::{HeldModifiers, KeyPress};
 use super::shared::{
-    Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, Share,
-    TakePicture, TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
+    Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, Notice, SelectionCommand, SelectionSystems,
+    Share, TakePicture, TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
 };
-use super::start_page::{DialogIsOpen, StartPage};
+use super::start_page::{DialogIsOpen, NOT_ON_START_PAGE, StartPage};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::team::Team;
 
@@ -288,6 +288,7 @@ fn read_keys(
     mut held: Local<HeldModifiers>,
     (wants, dialog): (Res<EguiWantsInput>, Option<Res<DialogIsOpen>>),
     (driving, page): (Res<Driving>, Option<Res<StartPage>>),
+    mut notice: Option<ResMut<Notice>>,
     mut actions: MessageWriter<Action>,
 ) {
     let is_dialog = dialog.is_some_and(|dialog| dialog.0);
@@ -302,7 +303,13 @@ fn read_keys(
         // Driving uses plain keys for that.
         if press.control || !driving.takes(press.key) {
             let is_page = page.as_ref().is_some_and(|page| page.0);
-            actions.write_batch(actions_of(press).filter(|action| !is_page || is_for_start_page(*action)));
+            for action in actions_of(press) {
+                if !is_page || is_for_start_page(action) {
+                    actions.write(action);
+                } else if let Some(notice) = &mut notice {
+                    notice.tell(NOT_ON_START_PAGE);
+                }
+            }
         }
     }
     if losses.read().count() > 0 {
@@ -311,7 +318,7 @@ fn read_keys(
 }
 
 /// Whether a key does something while the start page is shown. Others would change the match behind it, unseen. What is done by hand is refused
-/// with a word.
+/// by the page.
 fn is_for_start_page(action: Action) -> bool {
     match action {
         Action::Toggle(switch) => {
@@ -319,7 +326,9 @@ fn is_for_start_page(action: Action) -> bool {
         }
         Action::Command(command) => command == ViewerCommand::TogglePause,
         Action::Hand(_) | Action::Workspace(_) | Action::NextWorkspace(_) => true,
-        Action::OpenFile | Action::FullScreen | Action::ScalePanels(_) => true,
+        Action::OpenFile | Action::FullScreen | Action::ScalePanels(_) | Action::Picture(_) => true,
+        // Esc closes the help.
+        Action::Select(command) => command == SelectionCommand::Nobody,
         _ => false,
     }
 }

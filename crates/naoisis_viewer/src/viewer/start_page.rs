@@ -23,6 +23,9 @@ const WIDTH: f32 = 560.0;
 /// Its least width, also in a smaller window, logical pixels.
 const LEAST_WIDTH: f32 = 200.0;
 
+/// Why a key or button does nothing to the match behind the page.
+pub(super) const NOT_ON_START_PAGE: &str = "Choose first what to do with a match, or what to open";
+
 /// Shows the page, and opens dropped files.
 pub struct StartPagePlugin;
 
@@ -69,7 +72,7 @@ fn wait_for_choice(mut page: ResMut<StartPage>, mut playback: ResMut<Playback>, 
 /// Refuses what keys would do to the match behind the page.
 fn refuse_hands(mut hands: ResMut<Messages<HandAction>>, mut notice: ResMut<Notice>) {
     if hands.drain().count() > 0 {
-        notice.tell("Choose first what to do with a match, or what to open");
+        notice.tell(NOT_ON_START_PAGE);
     }
 }
 

@@ -275,6 +275,7 @@ fn use_mouse(
     window: Query<&Window>,
     free: Res<FreeArea>,
     mut camera: Single<&mut ViewerCamera>,
+    mut again: ResMut<FollowsAgain>,
 ) {
     let height = free.within(size_of(window)).height();
     let mode = camera.mode;
@@ -299,6 +300,7 @@ fn use_mouse(
     if wanted == camera.wanted {
         return;
     }
+    again.0 = false;
     // Moving the camera away from what it follows ends following.
     if matches!(mode, CameraMode::Pitch(_) | CameraMode::Play)
         || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly)
