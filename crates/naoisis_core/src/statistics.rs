@@ -146,10 +146,10 @@ pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.get(rank - 1).copied()
 }
 
-/// `value` with `digits` decimal places at most.
+/// Returns `value` with `digits` decimal places at most. Zero has no minus sign.
 pub fn rounded(value: f64, digits: u32) -> f64 {
     let unit = (0..digits).fold(1.0, |unit, _| 10.0 * unit);
-    (value * unit).round() / unit
+    (value * unit).round() / unit + 0.0
 }
 
 /// Student's two-sided quantile for 95 %: exact for 1 and 2 degrees of freedom, else by Fisher's expansion (Abramowitz
@@ -176,6 +176,13 @@ fn student_quantile_95(degrees: f64) -> f64 {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn rounded_numbers_have_few_digits_and_zero_has_no_sign() {
+        let values = [(1.2345, 2), (-0.004, 2), (-0.0, 0), (-0.6, 0), (2.5, 0)];
+        let texts = values.map(|(value, digits)| format!("{:+}", rounded(value, digits)));
+        assert_eq!(texts, ["+1.23", "+0", "+0", "-1", "+3"]);
+    }
 
     #[test]
     fn the_jackknife_of_a_mean_is_students_interval() {

@@ -24,7 +24,7 @@ use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::MatchEvent;
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::replace_file::replace_file;
-use naoisis_core::statistics::Estimate;
+use naoisis_core::statistics::{Estimate, rounded};
 use naoisis_core::team::{RobotId, Team};
 use naoisis_record::batch::begin_programs;
 use naoisis_record::record::read::TraceReader;
@@ -424,7 +424,8 @@ fn in_words(moment: &Moment, scenario: &str, realism: &str, until_s: f32, outcom
     }
     let _ = writeln!(text, "{:20} {}", "neither scores", percent(outcomes.nobody_scores));
     if let Some(estimate) = outcomes.goal_difference {
-        let _ = writeln!(text, "{:20} {:+.2} ± {:.2}", "goals, blue - pink", estimate.value, estimate.margin());
+        let (value, margin) = (rounded(estimate.value, 2), estimate.margin());
+        let _ = writeln!(text, "{:20} {value:+.2} ± {margin:.2}", "goals, blue - pink");
     }
     if let Some(time_s) = outcomes.first_goal_s {
         let _ = writeln!(text, "{:20} after {time_s:.1} s (median, of those with a goal)", "the first goal");

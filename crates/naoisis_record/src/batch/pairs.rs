@@ -5,7 +5,7 @@ use core::fmt::{self, Write};
 use super::observer::MatchRow;
 use super::ratings::ratings;
 use naoisis_core::game::DecidedBy;
-use naoisis_core::statistics::{Estimate, bootstrap, mean, share};
+use naoisis_core::statistics::{Estimate, bootstrap, mean, rounded, share};
 use naoisis_core::team::{PerTeam, Team};
 
 /// The result of the matches of two teams, as the first team sees it, with 95 % confidence.
@@ -263,7 +263,7 @@ impl fmt::Display for PairTable {
             if let (Some(own), Some(other), Some(difference)) =
                 (summary.goals, summary.goals_against, summary.goal_difference)
             {
-                let [own, other, value] = [own.value, other.value, difference.value];
+                let [own, other, value] = [own.value, other.value, rounded(difference.value, 2)];
                 write!(line, "; goals {own:.2} : {other:.2}, difference {value:+.2}")?;
                 if !summary.repeated {
                     write!(line, " ± {:.2}", difference.margin())?;
@@ -286,9 +286,9 @@ impl fmt::Display for PairTable {
             writeln!(text, "Ratings in Elo points, with the mean 0 and 95 % intervals:")?;
         }
         for (team, rating) in rated {
-            write!(text, "{team:widest$} {:>+6.0}", rating.value)?;
+            write!(text, "{team:widest$} {:>+6.0}", rounded(rating.value, 0))?;
             if rating.margin().is_finite() {
-                write!(text, " ({:+.0} to {:+.0})", rating.low, rating.high)?;
+                write!(text, " ({:+.0} to {:+.0})", rounded(rating.low, 0), rounded(rating.high, 0))?;
             }
             writeln!(text)?;
         }

@@ -12,7 +12,7 @@ use crate::viewer::shared::Action;
 use crate::viewer::theme::{dim, minutes, team_colour, text_size};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Interventions;
-use naoisis_core::statistics::Estimate;
+use naoisis_core::statistics::{Estimate, rounded};
 use naoisis_core::team::Team;
 use naoisis_record::whatif::Outcomes;
 
@@ -107,7 +107,7 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
     let difference = outcomes
         .goal_difference
         .filter(|goals| goals.margin().is_finite())
-        .map(|goals| format!("goals, blue - pink: {:+.2} ± {:.2}", goals.value, goals.margin()));
+        .map(|goals| format!("goals, blue - pink: {:+.2} ± {:.2}", rounded(goals.value, 2), goals.margin()));
     let first =
         outcomes.first_goal_s.map(|time_s| format!("first goal after {time_s:.1} s (median, of those with a goal)"));
     for line in difference.into_iter().chain(first) {
