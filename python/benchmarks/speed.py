@@ -119,6 +119,14 @@ def main() -> None:
     for observation in ("belief", "truth"):
         figure, _ = vector_env(threads=1, observation=observation, **team)
         say(f"vector_env, roles, observation {observation}, 1 thread", f"{figure:,.0f} cycles/s")
+    for observation in ("perception", "belief", "truth"):
+        for worlds in (1, 256, 1024):
+            figure, _ = vector_env(worlds=worlds, threads=1, control=["blue", "pink"], observation=observation)
+            say(
+                f"vector_env, six agents, {observation}, {worlds} worlds, 1 thread",
+                f"{figure / 3:,.0f} steps/s",
+                "of 0.1 s",
+            )
     figure, share = vector_env("ScoreEmptyGoal", threads=1, observation="belief", action="continuous")
     say("vector_env, ScoreEmptyGoal, beliefs, 1 thread", f"{figure:,.0f} cycles/s", f"Python {share:.1%}")
     peer = vmas()

@@ -15,7 +15,8 @@ KINDS = {
     "\nOther robots are in the order of their distance, the nearest first, which changes from step to step; goal posts from left to right.",
     "belief": "The belief of the built-in estimator. The own pose is in the team frame: the own goal is at -x. Robots that observe"
     "\ntheir beliefs send their pose and the ball that they see to team-mates, as the built-in teams do (`messages.loss` 1 switches this off).",
-    "truth": "The true state: for critics, and to measure the value of perfect knowledge.",
+    "truth": "The true state: for critics, and to measure the value of perfect knowledge. The robots have no vision and no sonar, "
+    "which nothing reads, so worlds are stepped faster.",
     "image": "Everything except vision, beside the camera image: the part `body` of the observation.",
 }
 

@@ -356,13 +356,15 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
         .map(|info| info.name().to_string())
         .collect();
     // These are no part of a match's state. The registries hold functions, which cannot be reflected; the graphics card
-    // and the number of threads are the machine's; who records, and what people look at, is the program's choice.
+    // and the number of threads are the machine's; who records, and what people look at, is the program's choice, as is which
+    // robots need no senses.
     unmarked.sort();
     let expected = [
         "naoisis_core::behaviour::BehaviourRegistry",
         "naoisis_core::referee::custom_rules::CustomRules",
         "naoisis_sensing::sensing::camera::GpuCameras",
         "naoisis_sensing::sensing::jobs::SensingThreads",
+        "naoisis_sensing::sensing::scene::SensesNothing",
         "naoisis_sensing::sensing::vision::missed::Unrecognised",
         "naoisis_sim::simulation::rules::RuleRegistry",
         "naoisis_sim::simulation::sensors::ReadingsAreRecorded",

@@ -5,8 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::gaze;
+use super::observation::ball_of;
 use crate::agents::RobotCommand;
 use naoisis_core::cycle::CycleClock;
+use naoisis_core::geometry::Pose;
 use naoisis_core::kick_geometry::{KickType, Side};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
@@ -18,6 +20,7 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::field_of_view::FieldOfView;
+use naoisis_sensing::sensing::scene::SensesNothing;
 use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::teams::Head;
@@ -229,7 +232,7 @@ pub(crate) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
             }
         }
         ActionKind::Discrete => {
-            let (ball, now_s) = (seen_ball(&robot), clock.start_time_s() as f32);
+            let (ball, now_s) = (known_ball(&robot, world), clock.start_time_s() as f32);
             let kicked = choice(0).checked_sub(WALKS.len()).and_then(|index| KICKS.get(index + 1));
             RobotCommand {
                 walk: WALKS.get(choice(0)).and_then(|(_, shares)| walk(*shares)),
@@ -243,7 +246,7 @@ pub(crate) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
             let now_s = clock.start_time_s() as f32;
             let head = match robot.get::<Belief>() {
                 Some(belief) => gaze::at_what_is_believed(&head_of(&robot), belief, world.resource::<Pitch>(), now_s),
-                None => gaze::at_what_is_seen(&head_of(&robot), seen_ball(&robot), now_s),
+                None => gaze::at_what_is_seen(&head_of(&robot), known_ball(&robot, world), now_s),
             };
             RobotCommand {
                 walk: walk([share(&AHEAD, 0), share(&ASIDE, 1), share(&TURNS, 2)]),
@@ -289,8 +292,11 @@ fn head_of(robot: &EntityRef) -> Head {
     Head::new(&limits, robot.get::<CameraSettings>().map_or_else(FieldOfView::default, FieldOfView::of))
 }
 
-/// The position at which a robot sees the ball, robot frame, m.
-fn seen_ball(robot: &EntityRef) -> Option<Vec2> {
+/// The position at which a robot sees the ball, robot frame, m; the true position if the robot senses nothing.
+fn known_ball(robot: &EntityRef, world: &World) -> Option<Vec2> {
+    if robot.contains::<SensesNothing>() {
+        return Some(robot.get::<Pose>()?.inverse_transform_point(ball_of(world)?.0));
+    }
     robot.get::<Percepts>().and_then(|percepts| percepts.ball).map(|ball| ball.position_m)
 }
 

@@ -11,6 +11,7 @@ use super::observation::{Memory, ObservationKind, observe};
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
 use crate::agents::{self, AgentSettings, ProgramStartError, RobotCommand};
+use naoisis_core::behaviour::Remote;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::{CycleClock, perceive, run_cycle};
@@ -23,6 +24,7 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraImages;
 use naoisis_sensing::sensing::odometry::Odometry;
+use naoisis_sensing::sensing::scene::SensesNothing;
 use naoisis_sim::scenario::{Scenario, ScenarioFault};
 use naoisis_sim::simulation::{Snapshot, give_belief, start_match};
 
@@ -138,11 +140,7 @@ impl Episode {
                 restored.map_err(|error| StartError::Moment(error.to_string()))?;
             }
         }
-        for id in &settings.control {
-            if settings.observation == ObservationKind::Belief || settings.end.believed_within_m.is_some() {
-                give_belief(&mut self.world, *id);
-            }
-        }
+        self.set_senses(settings);
         if self.world.contains_resource::<AgentSettings>() {
             agents::start_programs(&mut self.world)?;
         }
@@ -157,6 +155,25 @@ impl Episode {
         self.standings.clear();
         self.standings.extend(settings.control.iter().map(|id| Standing::of(&self.world, *id)));
         Ok(())
+    }
+
+    /// Gives the controlled robots beliefs if they are needed. Leaves out the vision and the sonar of robots that are controlled from outside
+    /// of the match if nothing reads them.
+    pub(super) fn set_senses(&mut self, settings: &EnvironmentSettings) {
+        let end = &settings.end;
+        let needs_belief = settings.observation == ObservationKind::Belief || end.believed_within_m.is_some();
+        let knows_truth = settings.observation == ObservationKind::Truth && settings.camera.is_none();
+        for id in &settings.control {
+            if needs_belief {
+                give_belief(&mut self.world, *id);
+            } else if knows_truth
+                && !end.ball_seen
+                && let Some(robot) = self.world.resource::<Roster>().get(*id)
+                && self.world.entity(robot).contains::<Remote>()
+            {
+                self.world.entity_mut(robot).insert(SensesNothing);
+            }
+        }
     }
 
     /// Plays a step with the `actions` of all agents one after the other, and writes the reward of each agent to `rewards`.
@@ -267,4 +284,78 @@ pub(crate) fn team_message(world: &World, id: RobotId) -> Option<TeamMessage> {
 
 fn seeds(seed: u64) -> RandomStream {
     RandomStream::for_match(seed, "episodes")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment::observation::ball_of;
+    use crate::environment::player::ChallengePlayer;
+    use crate::environment::{Challenge, attempts};
+    use naoisis_core::ball::{Ball, BallVelocity};
+    use naoisis_core::robot::head::{HeadAngles, HeadLimits};
+    use naoisis_core::team::Team;
+    use naoisis_sensing::sensing::vision::Percepts;
+    use naoisis_sim::scenario::Realism;
+    use naoisis_sim::simulation::NaoisisPlugins;
+
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    /// Plays 60 steps of two robots against a goalkeeper and a chaser; returns whether the first robot saw anything, and where all are.
+    fn played(observation: ObservationKind, action: ActionKind, choices: &[f32]) -> (bool, Vec<(Pose, f32)>) {
+        let challenge = Challenge::named("TwoOnTwo").unwrap().with(Realism::Realistic, None).unwrap();
+        let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
+        let settings = EnvironmentSettings { observation, action, ..settings };
+        let mut episode = Episode::new(attempts::world(simulator), 3);
+        episode.begin(&settings).unwrap();
+        let robot = |world: &World, id| world.resource::<Roster>().get(id).unwrap();
+        let mut has_seen = false;
+        for _ in 0..60 {
+            episode.step(&settings, choices, &mut [0.0, 0.0]);
+            let first = robot(&episode.world, settings.control[0]);
+            has_seen |= !episode.world.get::<Percepts>(first).unwrap().landmarks.is_empty();
+        }
+        let keeper = robot(&episode.world, RobotId::new(Team::Pink, 1));
+        assert!(!episode.world.entity(keeper).contains::<SensesNothing>(), "opponents sense");
+        let roster = episode.world.resource::<Roster>();
+        let poses =
+            roster.iter().map(|(_, robot)| (*episode.world.get::<Pose>(robot).unwrap(), 0.0)).collect::<Vec<_>>();
+        let mut balls = episode.world.query_filtered::<(&Pose, &BallVelocity), With<Ball>>();
+        let ball = balls.iter(&episode.world).map(|(pose, velocity)| (*pose, velocity.0.length()));
+        (has_seen, poses.into_iter().chain(ball.collect::<Vec<_>>()).collect())
+    }
+
+    #[test]
+    fn robots_whose_truth_is_observed_sense_nothing_and_the_match_is_the_same() {
+        let ahead = [0.7, 0.1, 0.2, 0.0, 0.3, 0.0, 0.0, 0.0].repeat(2);
+        let [perception, truth] = [ObservationKind::Perception, ObservationKind::Truth]
+            .map(|observation| played(observation, ActionKind::Continuous, &ahead));
+        assert_eq!((perception.0, truth.0), (true, false));
+        assert_eq!(perception.1, truth.1);
+    }
+
+    #[test]
+    fn the_head_of_a_robot_that_knows_the_truth_looks_at_the_ball() {
+        let challenge = Challenge::named("GoToBall").unwrap();
+        let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
+        let settings =
+            EnvironmentSettings { observation: ObservationKind::Truth, action: ActionKind::Discrete, ..settings };
+        let mut episode = Episode::new(attempts::world(simulator), 3);
+        episode.begin(&settings).unwrap();
+        for _ in 0..20 {
+            // It turns to the left until the ball is ahead.
+            episode.step(&settings, &[5.0], &mut [0.0]);
+        }
+        let robot = episode.world.resource::<Roster>().get(settings.control[0]).unwrap();
+        let ball = ball_of(&episode.world).unwrap().0;
+        let ball = episode.world.get::<Pose>(robot).unwrap().inverse_transform_point(ball);
+        let head = *episode.world.get::<HeadAngles>(robot).unwrap();
+        let limits = *episode.world.get::<HeadLimits>(robot).unwrap();
+        let [least, most] = limits.yaw;
+        assert!((head.yaw - ball.to_angle().clamp(least, most)).abs() < 0.35, "{head:?} {ball}");
+    }
 }

@@ -64,11 +64,13 @@ impl Environments {
             let message = format!("there are {} worlds; expected {}", saved.len(), self.episodes.len());
             return Err(SavedMatchError::Content(message).into());
         }
+        let settings = &self.settings;
         for (episode, world) in self.episodes.iter_mut().zip(saved) {
             let state: SavedEpisode = rmp_serde::from_slice(&world.episode)
                 .map_err(|error| SavedMatchError::Content(format!("this is no episode: {error}")))?;
             if let Some(bytes) = &world.snapshot {
                 Snapshot::from_bytes(bytes, &episode.world)?.restore(&mut episode.world)?;
+                episode.set_senses(settings);
             }
             episode.seeds = state.seeds;
             episode.memories = state.memories;

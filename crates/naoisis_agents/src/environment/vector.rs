@@ -83,7 +83,7 @@ naoisis_core::debug_as_displayed!(EnvironmentError);
 
 /// Worlds that are stepped together. Results do not depend on the number of threads.
 pub struct Environments {
-    settings: EnvironmentSettings,
+    pub(super) settings: EnvironmentSettings,
     simulator: fn() -> World,
     pub(super) episodes: Vec<Episode>,
     /// Whether each world may be stepped.

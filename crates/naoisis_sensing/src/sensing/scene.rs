@@ -52,6 +52,11 @@ pub enum SensingSystems {
     Custom,
 }
 
+/// A robot whose vision and sonar are not simulated, because nothing reads them: its percepts and its sonar reading stay empty. What it
+/// does, and the random numbers of everything else, are the same as with them. It is not part of a saved match.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct SensesNothing;
+
 fn gather_scene(source: MatchScene, mut scene: ResMut<Scene>) {
     source.gather(&mut scene);
 }

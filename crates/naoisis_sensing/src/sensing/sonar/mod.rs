@@ -47,7 +47,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::scene::Scene;
-use crate::sensing::scene::{ScenePlugin, SensingSystems};
+use crate::sensing::scene::{ScenePlugin, SensesNothing, SensingSystems};
 use naoisis_core::cycle::{Cycle, CycleClock};
 use naoisis_core::geometry::Pose;
 use naoisis_core::knowledge::Knowledge;
@@ -121,7 +121,10 @@ fn measure_distances(
     scene: Res<Scene>,
     clock: Res<CycleClock>,
     sonars: Query<(&RobotId, &SonarSettings)>,
-    mut robots: Query<(&RobotId, &Pose, &SonarSettings, &mut SonarPings, &mut SonarReading, &mut RandomStreams)>,
+    mut robots: Query<
+        (&RobotId, &Pose, &SonarSettings, &mut SonarPings, &mut SonarReading, &mut RandomStreams),
+        Without<SensesNothing>,
+    >,
 ) {
     for (&id, &pose, settings, mut pings, mut reading, mut streams) in &mut robots {
         if !settings.fitted {

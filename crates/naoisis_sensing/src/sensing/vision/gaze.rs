@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::VisionSettings;
 use super::noise::{GazeDecay, GazeNoise};
+use crate::sensing::scene::SensesNothing;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::random::{RandomStream, RandomStreams};
@@ -64,7 +65,7 @@ impl GazeError {
 pub(super) fn move_cameras(
     clock: Res<CycleClock>,
     mut decay: Local<GazeDecay>,
-    mut robots: Query<(&VisionSettings, &ExecutedStep, &mut GazeError, &mut RandomStreams)>,
+    mut robots: Query<(&VisionSettings, &ExecutedStep, &mut GazeError, &mut RandomStreams), Without<SensesNothing>>,
 ) {
     for (settings, step, mut gaze, mut streams) in &mut robots {
         let noise = &settings.noise.gaze;

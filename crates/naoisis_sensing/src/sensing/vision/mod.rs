@@ -46,7 +46,7 @@ use serde::{Deserialize, Serialize};
 use crate::appearance::scene::Scene;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
-use crate::sensing::scene::{ScenePlugin, SensingSystems};
+use crate::sensing::scene::{ScenePlugin, SensesNothing, SensingSystems};
 use naoisis_core::cycle::{Cycle, CycleClock};
 use naoisis_core::geometry::Pose;
 use naoisis_core::knowledge::Knowledge;
@@ -145,16 +145,19 @@ fn recognise(
     clock: Res<CycleClock>,
     (mut occluders, mut views, mut ahead): (Local<Occluders>, Local<Views>, Local<LandmarksAhead>),
     mut unrecognised: Option<ResMut<Unrecognised>>,
-    mut robots: Query<(
-        &RobotId,
-        &Pose,
-        (&HeadAngles, &GazeError, &Body),
-        &CameraSettings,
-        &VisionSettings,
-        &mut ActiveFalsePositives,
-        &mut Percepts,
-        &mut RandomStreams,
-    )>,
+    mut robots: Query<
+        (
+            &RobotId,
+            &Pose,
+            (&HeadAngles, &GazeError, &Body),
+            &CameraSettings,
+            &VisionSettings,
+            &mut ActiveFalsePositives,
+            &mut Percepts,
+            &mut RandomStreams,
+        ),
+        Without<SensesNothing>,
+    >,
 ) {
     for (&id, &pose, (&head, gaze, body), cameras, settings, mut false_positives, mut percepts, mut streams) in
         &mut robots
