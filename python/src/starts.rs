@@ -47,7 +47,9 @@ pub fn scenario_of(py: Python<'_>, made: &Made<'_>) -> PyResult<(ScenarioFile, O
                 challenge = challenge.with(level, None).map_err(wrong)?;
             }
             let file = challenge.scenario().map_err(|error| scenario_error(py, &error))?;
-            Ok((made.changed(py, &file)?, Some(challenge)))
+            let file = made.changed(py, &file)?;
+            let challenge = challenge.laid_out_for(&file.scenario);
+            Ok((file, Some(challenge)))
         }
         None => Ok((made.file(py)?, None)),
     }

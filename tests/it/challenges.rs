@@ -78,7 +78,7 @@ fn results_are_verified_and_make_a_table_without_those_that_are_changed() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let output = run(&["challenge", "--verify", "good.json"]);
     assert!(output.status.success());
-    assert!(text(&output.stdout).contains("FindBall-v1, ideal, open loop of chaser: the same in 4 episodes"));
+    assert!(text(&output.stdout).contains("FindBall-v2, ideal, open loop of chaser: the same in 4 episodes"));
 
     let mut results: Value = serde_json::from_slice(&fs::read(folder.path().join("good.json")).unwrap()).unwrap();
     results["results"][1]["episodes"][2]["end_state"] = "0123456789abcdef".into();

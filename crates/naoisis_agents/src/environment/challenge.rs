@@ -10,7 +10,7 @@ pub use super::situation::{Area, Shot, Situation, StartArea};
 use naoisis_core::statistics::{self, Estimate};
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::wording::did_you_mean;
-use naoisis_sim::scenario::{Format, Realism, ScenarioError, ScenarioFile, Setting};
+use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioError, ScenarioFile, Setting};
 
 /// A named learning task.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
@@ -43,12 +43,28 @@ pub struct Challenge {
     pub cycles_per_step: u32,
     /// The weights of the reward.
     pub reward: RewardWeights,
+    /// What differs for robots that are taller than [`TALL_M`].
+    #[serde(default)]
+    tall_robots: TallRobots,
     /// Success rates of some [players](super::attempts::ChallengePlayer) in each realism, as measured by `naoisis challenge`.
     pub success_rates: BTreeMap<String, BTreeMap<String, SuccessRate>>,
     /// Settings laid over the scenario, see [`with`](Self::with).
     #[serde(skip)]
     settings: Vec<Setting>,
 }
+
+/// The parts of a challenge that differ for tall robots, which are faster and see further. Parts without a value stay.
+#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct TallRobots {
+    /// The areas in which ball and robots start.
+    situation: Option<Situation>,
+    /// What ends an episode.
+    end: Option<EndConditions>,
+}
+
+/// The height of robots above which challenges have their form for tall robots, m: NAOs are 0.57 m tall, K1 and T1 0.95 m and 1.18 m.
+pub const TALL_M: f32 = 0.8;
 
 /// The seed of the first episode while players are developed.
 pub const DEVELOPMENT_SEED: u64 = 1;
@@ -185,10 +201,22 @@ impl Challenge {
                 robot["behaviour"] = unseen.into();
             }
         }
-        self
+        match self.scenario() {
+            Ok(file) => self.laid_out_for(&file.scenario),
+            Err(_) => self,
+        }
     }
 
-    /// The challenge in another `realism`, and with another `model` of the robots if there is one. Without, `realistic` has the NAO V6 in the
+    /// The challenge as it is laid out for the robots of `scenario`: in its form for tall robots, if they are taller than [`TALL_M`].
+    pub fn laid_out_for(self, scenario: &Scenario) -> Self {
+        if scenario.settings.body.height_m <= TALL_M {
+            return self;
+        }
+        let TallRobots { situation, end } = self.tall_robots.clone();
+        Self { situation: situation.unwrap_or(self.situation), end: end.unwrap_or(self.end), ..self }
+    }
+
+    /// The challenge in another `realism`, and with another `model` of the robots if there is one, [laid out](Self::laid_out_for) for it. Without, `realistic` has the NAO V6 in the
     /// place of the paper's NAO, for which there are no figures of a real robot.
     ///
     /// # Errors
@@ -198,8 +226,8 @@ impl Challenge {
         let model = model.or((realism == Realism::Realistic && is_paper).then_some("nao_v6"));
         let words = [Some(format!("realism={realism}")), model.map(|model| format!("model={model}"))];
         self.settings = words.into_iter().flatten().filter_map(|words| words.parse().ok()).collect();
-        self.scenario()?;
-        Ok(self)
+        let scenario = self.scenario()?.scenario;
+        Ok(self.laid_out_for(&scenario))
     }
 
     /// The scenario of the episodes, with the time limit as its duration.
@@ -222,7 +250,7 @@ mod tests {
     use super::*;
     use naoisis_core::team::Team;
     use naoisis_sensing::sensing::fidelity::Fidelity;
-    use naoisis_sim::scenario::{RealismSettings, Scenario};
+    use naoisis_sim::scenario::RealismSettings;
     use std::path::Path;
 
     #[test]
@@ -270,6 +298,17 @@ mod tests {
                 let behaviours = of_pink.map(|robot| serde_json::to_value(&robot.behaviour).unwrap());
                 assert!(behaviours.into_iter().all(|behaviour| behaviour == "passer" || behaviour == "passing_keeper"));
                 assert!(scenario.teams.is_none_or(|teams| teams.pink == "passers"), "{name}");
+            }
+        }
+        for name in ["FindBall", "GoToBall", "GetUp", "InterceptBall", "KeepGoal"] {
+            let of_nao = Challenge::named(name).unwrap().with(Realism::Realistic, None).unwrap();
+            let of_k1 = Challenge::named(name).unwrap().with(Realism::Realistic, Some("booster_k1")).unwrap();
+            let of_t1 = Challenge::named(&format!("{name}_unseen")).unwrap();
+            let layout = |challenge: &Challenge| (challenge.situation.clone(), challenge.end);
+            assert!(layout(&of_nao) != layout(&of_k1) && layout(&of_k1) == layout(&of_t1), "{name}");
+            for seed in 0..50 {
+                let scenario = of_k1.scenario().unwrap().scenario;
+                assert!(of_k1.situation.drawn(Scenario { seed, ..scenario }).validate().is_ok(), "{name} {seed}");
             }
         }
         for name in ["FindBall_images", "TwoOnTwo_images_unseen", "Match3v3_unseen_images"] {

@@ -37,10 +37,22 @@ pub struct ChallengeResult {
     pub robot: Option<String>,
     /// The [player](ChallengePlayer), in words.
     pub player: String,
+    /// The number of interactions that the player was trained with, if it is a learned policy whose layout tells it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interactions: Option<u64>,
     /// The success rate.
     pub rate: SuccessRate,
     /// The episodes, in the order of their seeds.
     pub episodes: Vec<Attempt>,
+}
+
+/// The most interactions of the small and of the large budget, in which learned players are compared.
+const BUDGETS: [(u64, &str); 2] = [(1_000_000, "small"), (100_000_000, "large")];
+
+/// Returns a number of interactions in millions, with the smallest budget in which it is.
+pub fn interactions_in_words(interactions: u64) -> String {
+    let budget = BUDGETS.into_iter().find(|(most, _)| interactions <= *most).map_or("over both", |(_, name)| name);
+    format!("{:.2} M, {budget}", interactions as f64 / 1e6)
 }
 
 /// Why a result is refused.
@@ -134,7 +146,7 @@ impl fmt::Display for MethodScore {
 }
 
 impl ChallengeResult {
-    /// The result of `episodes`.
+    /// The result of `episodes`, of a player that was not trained.
     pub fn new(
         challenge: &Challenge,
         (realism, robot): (Realism, Option<&str>),
@@ -148,6 +160,7 @@ impl ChallengeResult {
             realism,
             robot: robot.map(str::to_owned),
             player: player.to_string(),
+            interactions: None,
             rate: success_rate(&episodes),
             episodes,
         }
@@ -283,6 +296,7 @@ mod tests {
             realism: Realism::Ideal,
             robot: None,
             player: player.to_owned(),
+            interactions: None,
             rate: SuccessRate { episodes: 100, successes, mean_time_s: None },
             episodes: Vec::new(),
         };
@@ -302,6 +316,13 @@ mod tests {
     }
 
     #[test]
+    fn interactions_are_told_with_their_budget() {
+        let words = [0, 1_000_000, 1_000_001, 100_000_000, 250_000_000].map(interactions_in_words);
+        let expected = ["0.00 M, small", "1.00 M, small", "1.00 M, large", "100.00 M, large", "250.00 M, over both"];
+        assert_eq!(words, expected);
+    }
+
+    #[test]
     fn what_contradicts_itself_is_refused() {
         let (_, result) = found_ball();
         let refused = |change: fn(&mut ChallengeResult)| {
@@ -310,7 +331,7 @@ mod tests {
             let text = serde_json::to_string(&ResultFile { results: vec![changed] }).unwrap();
             ResultFile::from_text(&text).unwrap_err().to_string()
         };
-        assert_eq!(refused(|result| result.version = 0), "FindBall is of version 0; expected 1");
+        assert_eq!(refused(|result| result.version = 0), "FindBall is of version 0; expected 2");
         assert!(refused(|result| result.challenge = "FindBal".to_owned()).contains("did you mean `FindBall`?"));
         let chaser = "FindBall, chaser: ";
         for (words, change) in [
