@@ -94,6 +94,7 @@ class Worlds:
         self.observations = self.envs.reset(seed=seed)[0]
         self.successes: list[bool] = []
         self.goals, self.steps = np.zeros(2), 0
+        self.interactions = 0
 
     def privileged_state(self) -> np.ndarray:
         """Returns the true state, one row for each learning robot, in the frame of its team."""
@@ -104,6 +105,7 @@ class Worlds:
         """Steps all worlds, and returns for each learning robot its reward and whether its episode is over."""
         before = self.envs.state()[:, self._lead].copy()
         self.observations, rewards, terminated, truncated, info = self.envs.step(action)
+        self.interactions += len(rewards)
         over = terminated | truncated
         if over.any():
             self.successes += info["final_info"]["success"][over].tolist()
@@ -157,6 +159,11 @@ class Learner:
         parts = [worlds.step(part) for worlds, part in zip(self.worlds, np.split(action, rows))]
         rewards, over = (np.concatenate(of_all) for of_all in zip(*parts))
         return torch.from_numpy(rewards), torch.from_numpy(over)
+
+    @property
+    def interactions(self) -> int:
+        """The number of steps so far, counted for each learning robot."""
+        return sum(worlds.interactions for worlds in self.worlds)
 
     def imitate(self) -> None:
         """Trains the actor by imitation of the adviser, in states that the actor's own decisions lead to."""

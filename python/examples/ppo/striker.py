@@ -47,7 +47,8 @@ def learn(task: str, realism: str, steps: int, seed: int, out: Path) -> None:
                 f"{minutes:6.1f} min {curve[-1][0]:>9,} steps {share:6.1%} of the last 500 episodes were a success",
                 flush=True,
             )
-    naoisis.export_policy(nn.Sequential(learner.actor, Sharper(LOGIT_SCALE)), out, worlds.envs, choice="drawn")
+    player = nn.Sequential(learner.actor, Sharper(LOGIT_SCALE))
+    naoisis.export_policy(player, out, worlds.envs, choice="drawn", interactions=learner.interactions)
     with open(out.with_suffix(".csv"), "w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(curve)
 

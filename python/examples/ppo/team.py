@@ -44,7 +44,9 @@ def learn(realism: str, steps: int, seed: int, out: Path) -> None:
 
     def write() -> None:
         note = "learned by python/examples/ppo/team.py"
-        naoisis.export_policy(learner.actor, out, worlds[1].envs, choice="drawn", note=note)
+        naoisis.export_policy(
+            learner.actor, out, worlds[1].envs, choice="drawn", interactions=learner.interactions, note=note
+        )
         with open(out.with_suffix(".csv"), "w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows(curve)
 

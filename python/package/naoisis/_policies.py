@@ -106,6 +106,7 @@ def export_policy(
     *,
     choice: str = "likeliest",
     state: Mapping[str, Sequence[int]] | None = None,
+    interactions: int | None = None,
     note: str = "",
 ) -> Policy:
     """Writes a module of PyTorch as a policy that naoisis plays: ``NAME.onnx`` and its layout ``NAME.json`` (needs ``naoisis[torch]``).
@@ -123,6 +124,8 @@ def export_policy(
         choice: ``"likeliest"``, or ``"drawn"`` with the probabilities of a softmax of the scores.
         state: The names and shapes of recurrent states. The module is called with the observations and then with each of them, and
             returns the outputs and each of them after the step. Their first value is 0.
+        interactions: The number of interactions that it was trained with: steps of environments or of demonstrations, counted for each
+            agent. Leaderboards show it.
         note: How the policy was made, for people.
 
     Returns:
@@ -148,6 +151,7 @@ def export_policy(
         "choice": choice,
         "state": [{"input": name, "output": f"{name}_after"} for name in names],
         **_others(worlds.observation_names),
+        **({} if interactions is None else {"interactions": interactions}),
         "note": note,
     }
     # The exporter by default needs one more package.

@@ -41,6 +41,9 @@ pub struct PolicyLayout {
     /// The number of robots of the other team in the observation: see `team_mates`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub opponents: Option<u8>,
+    /// The number of interactions that it was trained with: steps of environments or of demonstrations, counted for each agent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interactions: Option<u64>,
     /// A note for people: how the policy was made.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
@@ -278,7 +281,10 @@ impl fmt::Display for LoadedPolicy {
         for [input, output] in &self.states {
             write!(formatter, ", {} is the state, then {}", shape(&inputs[*input]), shape(&outputs[*output]))?;
         }
-        Ok(())
+        match self.layout.interactions {
+            Some(interactions) => write!(formatter, "; trained with {interactions} interactions"),
+            None => Ok(()),
+        }
     }
 }
 

@@ -22,6 +22,7 @@ pub use layout::{Choice, LoadedPolicy, PolicyError, PolicyLayout, StatePorts};
 
 use crate::agents::{AgentSettings, RobotCommand, give_command};
 use crate::environment::action::command;
+use crate::environment::attempts::ChallengePlayer;
 use crate::environment::episode::team_message;
 use crate::environment::observation::{Memory, ObservationKind, Others, observed};
 use naoisis_core::behaviour::remarks::Remarks;
@@ -94,6 +95,19 @@ fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, String> {
         }
     };
     Ok(PolicyNeeds { belief: policy.layout.observation == ObservationKind::Belief })
+}
+
+/// Returns the number of interactions that a player was trained with; `None` if it was not trained, or its layout does not tell it.
+pub fn interactions(player: &ChallengePlayer) -> Option<u64> {
+    let built_in = |name: &str| built_in::named(name).and_then(Result::ok);
+    let policy = match player {
+        ChallengePlayer::Behaviour(name) | ChallengePlayer::Team(name) => built_in(name),
+        ChallengePlayer::Policy(file) => {
+            built_in(file).or_else(|| LoadedPolicy::read(Path::new(file)).ok().map(Arc::new))
+        }
+        _ => None,
+    };
+    policy?.layout.interactions
 }
 
 /// The path of a policy: from the folder in which the programs of the team run.

@@ -19,6 +19,7 @@ use naoisis_agents::environment::attempts::{
 };
 use naoisis_agents::environment::challenge::{CHALLENGES, ChallengeError, RECORD_SEED, SuccessRate};
 use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile};
+use naoisis_agents::policy::interactions;
 use naoisis_core::replace_file::replace_file;
 use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile};
 
@@ -137,7 +138,8 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> E
                 Err(AttemptError::NothingToPlayBack { .. }) if arguments.behaviour.is_empty() => continue,
                 Err(error) => return report::usage_error(&error.to_string()),
             };
-            let result = ChallengeResult::new(challenge, (*realism, arguments.robot.as_deref()), &player, episodes);
+            let mut result = ChallengeResult::new(challenge, (*realism, arguments.robot.as_deref()), &player, episodes);
+            result.interactions = interactions(&player);
             if !arguments.quiet {
                 printer.print(in_words(&result.player, &result.rate));
             }

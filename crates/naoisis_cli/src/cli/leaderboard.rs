@@ -13,7 +13,7 @@ use super::outputs::{Output, check_files};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::challenge::{CHALLENGES, IMAGES, RECORD_SEED, UNSEEN};
-use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile};
+use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile, interactions_in_words};
 use naoisis_core::replace_file::replace_file;
 
 /// Arguments of `naoisis leaderboard`.
@@ -147,8 +147,8 @@ fn scores(rows: &[Row]) -> Vec<String> {
     files.iter().filter_map(|file| Some(format!("{file}, {}", score(file)?))).collect()
 }
 
-/// Player, success with its interval, time, episodes and seeds, version and file.
-fn cells(row: &Row) -> [String; 7] {
+/// Player, success with its interval, time, episodes and seeds, interactions, version and file.
+fn cells(row: &Row) -> [String; 8] {
     let result = &row.result;
     let percent = |share: f64| format!("{:.1}", 100.0 * share);
     let share = result.rate.share();
@@ -160,18 +160,21 @@ fn cells(row: &Row) -> [String; 7] {
         result.rate.mean_time_s.map_or_else(|| "-".to_owned(), |time_s| format!("{time_s:.1}")),
         result.rate.episodes.to_string(),
         if first_seed == RECORD_SEED { "record".to_owned() } else { format!("from {first_seed}") },
+        result.interactions.map(interactions_in_words).unwrap_or_default(),
         format!("{} ({})", row.file, result.naoisis),
     ]
 }
 
 /// The titles of the columns.
-const COLUMNS: [&str; 7] = ["player", "success %", "95 % interval", "time s", "episodes", "seeds", "file (naoisis)"];
+const COLUMNS: [&str; 8] =
+    ["player", "success %", "95 % interval", "time s", "episodes", "seeds", "interactions", "file (naoisis)"];
 
 fn table(rows: &[Row]) -> String {
     let mut text = String::new();
-    let line = |text: &mut String, cells: [&str; 7]| {
-        let [player, share, interval, time, episodes, seeds, file] = cells;
-        let _ = writeln!(text, "{player:26} {share:>9} {interval:>14} {time:>7} {episodes:>8}  {seeds:12} {file}");
+    let line = |text: &mut String, cells: [&str; 8]| {
+        let [player, share, interval, time, episodes, seeds, interactions, file] = cells;
+        let _ = write!(text, "{player:26} {share:>9} {interval:>14} {time:>7} {episodes:>8}  ");
+        let _ = writeln!(text, "{seeds:12} {interactions:17} {file}");
     };
     for rows in rows.chunk_by(|one, other| group(one) == group(other)) {
         let _ = writeln!(text, "\n{}", rows.first().map(title).unwrap_or_default());
@@ -191,7 +194,7 @@ fn as_json(row: &Row) -> serde_json::Value {
     let share = result.rate.share().map(|share| json!([share.value, share.low, share.high]));
     json!({
         "challenge": result.challenge, "version": result.version, "realism": result.realism, "robot": result.robot,
-        "player": result.player, "success": share, "rate": result.rate,
+        "player": result.player, "interactions": result.interactions, "success": share, "rate": result.rate,
         "first_seed": result.episodes.first().map(|attempt| attempt.seed), "naoisis": result.naoisis, "file": row.file,
     })
 }
