@@ -111,6 +111,13 @@ pub struct LogEntry {
     pub kind: LogKind,
 }
 
+impl LogEntry {
+    /// The team whose colour the event has: the team that scored or is responsible, or else that of its robot.
+    pub fn side(&self) -> Option<Team> {
+        self.team.or(self.robot.map(|robot| robot.team))
+    }
+}
+
 /// A jump to an event that no click has chosen. It is shown like a chosen one; without an entry, the chosen one is deselected.
 #[derive(Message, Clone, PartialEq, Debug)]
 pub struct EventJump(pub Option<LogEntry>);

@@ -274,7 +274,7 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
         ui.set_height(LINE);
         ui.set_max_width(ui.available_width() - BESIDE_LIST);
         ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
-        let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
+        let colour = entry.side().map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
         let text = RichText::new(&entry.text).color(colour);
         let text = if is_to_come { text.italics() } else { text };
         let text = match entry.important {

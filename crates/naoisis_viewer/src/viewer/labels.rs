@@ -28,6 +28,8 @@ const NAME_MARGIN: egui::Vec2 = egui::vec2(5.0, 1.5);
 const WORDS_MARGIN: egui::Vec2 = egui::vec2(3.0, 0.5);
 /// The space between labels, logical pixels.
 const GAP_PIXELS: f32 = 1.0;
+/// The free width for each robot below which names are numbers alone, logical pixels at the usual size of names.
+const LEAST_FOR_NAMES: f32 = 90.0;
 /// The most other labels that one is moved above.
 const MOST_MOVES: usize = 6;
 
@@ -155,10 +157,12 @@ fn draw_labels(
         .collect();
     // The lowest first: names are moved upwards, away from robots in front.
     placed.sort_by(|(one, ..), (other, ..)| other.y.total_cmp(&one.y));
+    let are_numbers = are_numbers(free.width() * text_size::ENTRY / size, placed.len());
     for (place, id, penalty) in placed {
+        let name = if are_numbers { id.number.to_string() } else { id.to_string() };
         let name = match penalty.0 {
-            Some(active) => format!("{id}: {:.0} s", active.left_s(&clock)),
-            None => id.to_string(),
+            Some(active) => format!("{name}: {:.0} s", active.left_s(&clock)),
+            None => name,
         };
         let faded = if penalty.is_off_pitch() { 0.7 } else { 0.85 };
         let colour = palette::in_panel(palette::team(id.team));
@@ -176,6 +180,11 @@ fn draw_labels(
         painter.galley(patch.min + NAME_MARGIN, text, Color32::WHITE);
     }
     Ok(())
+}
+
+/// Whether the names of this many robots are numbers alone, because the free area has this width. The team is the colour of the label.
+fn are_numbers(free_width: f32, robots: usize) -> bool {
+    free_width < LEAST_FOR_NAMES * robots as f32
 }
 
 /// The vector from a robot's position to the uppermost point of its body for a camera with the upward direction `up`,
@@ -237,6 +246,12 @@ mod tests {
         let mut areas = LabelAreas::default();
         let at_top = [label(100.0, -5.0), label(100.0, 3.0)].map(|area| areas.place(area, window));
         assert_eq!(at_top.map(|area| area.min.y), [0.0, 15.0], "and below its upper edge");
+    }
+
+    #[test]
+    fn names_are_numbers_where_there_is_little_space_for_many_robots() {
+        assert!(!are_numbers(640.0, 6) && !are_numbers(1280.0, 14));
+        assert!(are_numbers(640.0, 10) && are_numbers(1280.0, 22));
     }
 
     #[test]

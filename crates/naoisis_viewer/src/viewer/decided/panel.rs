@@ -189,7 +189,7 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry], earlier: 
         ui.horizontal(|ui| {
             ui.add_space(10.0);
             ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
-            let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
+            let colour = entry.side().map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
             let began = if entry.time_s < swing.from_s { ", from before" } else { "" };
             let text = RichText::new(format!("{}{began}", entry.text)).color(colour).size(text_size::ENTRY);
             if link(ui, text, &entry.text).on_hover_text("Click: show the moment and the place").clicked() {

@@ -49,7 +49,8 @@ pub(super) fn save(folder: &Path, team: Team, percent: f64, run: &Run) -> Result
     // The duration covers as many cycles as were played.
     let duration_s = (run.for_s / cycle_s - 1e-6).ceil() * cycle_s;
     let test = json!({
-        "name": format!("{name} test"),
+        // Tests of several moments of a match can be told apart in a list.
+        "name": format!("{name} from {:.2} s", run.moment.time_s),
         "description": format!("{name} from {:.2} s on: {expectation}", run.moment.time_s),
         "from": moment.file_name().map(|name| name.to_string_lossy()),
         "seed": FIRST_SEED,

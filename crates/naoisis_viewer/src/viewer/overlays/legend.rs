@@ -1,7 +1,7 @@
 //! The legend of the overlays that are drawn, for a projector.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Sense};
+use bevy_egui::egui::{self, Align2, RichText, Sense};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::beliefs::robot_ink;
@@ -10,10 +10,11 @@ use super::{Overlay, Showing};
 use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::layout::{self, LARGE_SCORE, LayoutSystems};
 use crate::viewer::palette;
-use crate::viewer::theme::{MARGIN, card, text_size};
+use crate::viewer::theme::{MARGIN, card, team_colour, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::camera_model::CameraName;
-use naoisis_core::team::Team;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::{RobotId, Team};
 
 /// The greatest height of the legend, as a share of that of the free area.
 const MOST_HEIGHT: f32 = 0.5;
@@ -36,11 +37,12 @@ impl Plugin for LegendPlugin {
     }
 }
 
-fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
+fn show_legend(mut contexts: EguiContexts, showing: Showing, roster: Res<Roster>) -> Result {
     let shown: Vec<Overlay> = match showing.shows_truth() {
         true => Overlay::ALL.into_iter().filter(|overlay| showing.any(*overlay)).collect(),
         false => vec![Overlay::Beliefs],
     };
+    let robot = the_only_robot(&shown, &showing, &roster);
     let marks: Vec<_> = shown.into_iter().flat_map(marks).collect();
     let context = contexts.ctx_mut()?;
     let free = layout::free_area(context).size();
@@ -64,6 +66,9 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
             ui.set_max_width(width - 40.0);
             ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 5.0;
+                if let Some(robot) = robot {
+                    ui.label(RichText::new(format!("{robot}:")).size(size).strong().color(team_colour(ui, robot.team)));
+                }
                 for (colour, words) in marks {
                     // A patch stays on one line with its words.
                     let font = egui::FontId::proportional(size);
@@ -79,6 +84,16 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing) -> Result {
         });
     });
     Ok(())
+}
+
+/// Returns the robot of which overlays are shown, if it is only one. In the world of one robot, it is that one.
+fn the_only_robot(shown: &[Overlay], showing: &Showing, roster: &Roster) -> Option<RobotId> {
+    if !showing.shows_truth() {
+        return showing.selection.0;
+    }
+    let is_shown = |robot: &RobotId| shown.iter().any(|overlay| showing.wants(*overlay, *robot));
+    let mut robots = roster.iter().map(|(id, _)| id).filter(is_shown);
+    robots.next().filter(|_| robots.next().is_none())
 }
 
 /// Shows a patch of a colour.

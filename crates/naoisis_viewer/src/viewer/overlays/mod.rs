@@ -306,8 +306,12 @@ impl Showing<'_> {
 
     /// Whether a kind is drawn for a robot; not for penalised robots.
     fn shows(&self, overlay: Overlay, robot: RobotId, penalty: &Penalty) -> bool {
-        let shows = || self.overlays.shows(overlay, robot, &self.selection, self.display.workspace);
-        self.any(overlay) && !penalty.is_off_pitch() && shows()
+        self.any(overlay) && !penalty.is_off_pitch() && self.wants(overlay, robot)
+    }
+
+    /// Whether a kind is chosen for a robot.
+    fn wants(&self, overlay: Overlay, robot: RobotId) -> bool {
+        self.overlays.shows(overlay, robot, &self.selection, self.display.workspace)
     }
 
     /// The displayed pose, pitch frame.

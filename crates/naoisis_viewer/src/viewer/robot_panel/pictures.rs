@@ -100,7 +100,7 @@ pub(super) fn draw_in_window(
     let painter = context.layer_painter(egui::LayerId::background());
     let corners = Area::from_min_max(Pos2::new(frame.min.x, frame.min.y), Pos2::new(frame.max.x, frame.max.y));
     painter.rect_stroke(corners, 0.0, Stroke::new(1.0, Color32::from_white_alpha(120)), egui::StrokeKind::Middle);
-    draw_percepts(&painter, percepts, side, |pixel| {
+    draw_percepts(&painter, percepts, side, words_size(corners.width()), |pixel| {
         let at = frame.min + scale * intrinsics.in_drawn(pixel);
         Pos2::new(at.x, at.y)
     });
@@ -139,7 +139,8 @@ impl Pictures {
         let whole = Area::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
         ui.painter().image(picture.id, area, whole, Color32::WHITE);
         if let Some(percepts) = percepts {
-            draw_percepts(&ui.painter().with_clip_rect(area), percepts, side, |pixel| {
+            let painter = ui.painter().with_clip_rect(area);
+            draw_percepts(&painter, percepts, side, words_size(area.width()), |pixel| {
                 area.min + scale * egui::vec2(pixel.x, pixel.y)
             });
         }
@@ -147,11 +148,22 @@ impl Pictures {
     }
 }
 
-/// Draws the detections of one camera; `place` maps pixels of its image.
-fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName, place: impl Fn(Vec2) -> Pos2) {
+/// Returns the size of the words of detections in an image of this width, logical pixels.
+fn words_size(width: f32) -> f32 {
+    (width / 40.0).clamp(text_size::SMALL, text_size::TITLE)
+}
+
+/// Draws the detections of one camera with words of this size; `place` maps pixels of its image.
+fn draw_percepts(
+    painter: &egui::Painter,
+    percepts: &Percepts,
+    side: CameraName,
+    words_size: f32,
+    place: impl Fn(Vec2) -> Pos2,
+) {
     let stroke = |colour: Color| Stroke::new(1.5, palette::in_panel(colour));
     let write = |at: Pos2, text: &str, colour: Color| {
-        let font = FontId::proportional(10.0);
+        let font = FontId::proportional(words_size);
         painter.text(at + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, text, font.clone(), Color32::BLACK);
         painter.text(at, Align2::CENTER_BOTTOM, text, font, palette::in_panel(colour));
     };
