@@ -9,7 +9,7 @@ use super::display_settings::{DisplaySettings, Workspace};
 use super::layout::{FreeArea, LayoutSystems};
 use super::overlays::OverlayWords;
 use super::palette;
-use super::shared::{NameAreas, shows_truth};
+use super::shared::{NameAreas, short_name, shows_truth};
 use super::theme::text_size;
 use naoisis_core::ball::BallPhysics;
 use naoisis_core::behaviour::drawings::DrawColour;
@@ -28,7 +28,7 @@ const NAME_MARGIN: egui::Vec2 = egui::vec2(5.0, 1.5);
 const WORDS_MARGIN: egui::Vec2 = egui::vec2(3.0, 0.5);
 /// The space between labels, logical pixels.
 const GAP_PIXELS: f32 = 1.0;
-/// The free width for each robot below which names are numbers alone, logical pixels at the usual size of names.
+/// The free width for each robot below which names are short, logical pixels at the usual size of names.
 const LEAST_FOR_NAMES: f32 = 90.0;
 /// The most other labels that one is moved above.
 const MOST_MOVES: usize = 6;
@@ -157,9 +157,10 @@ fn draw_labels(
         .collect();
     // The lowest first: names are moved upwards, away from robots in front.
     placed.sort_by(|(one, ..), (other, ..)| other.y.total_cmp(&one.y));
-    let are_numbers = are_numbers(free.width() * text_size::ENTRY / size, placed.len());
+    let robots = placed.iter().filter(|(place, ..)| free.contains(Pos2::new(place.x / zoom, place.y / zoom))).count();
+    let is_short = are_short(free.width() * text_size::ENTRY / size, robots);
     for (place, id, penalty) in placed {
-        let name = if are_numbers { id.number.to_string() } else { id.to_string() };
+        let name = if is_short { short_name(*id) } else { id.to_string() };
         let name = match penalty.0 {
             Some(active) => format!("{name}: {:.0} s", active.left_s(&clock)),
             None => name,
@@ -182,8 +183,8 @@ fn draw_labels(
     Ok(())
 }
 
-/// Whether the names of this many robots are numbers alone, because the free area has this width. The team is the colour of the label.
-fn are_numbers(free_width: f32, robots: usize) -> bool {
+/// Whether the names of this many robots are [short](short_name), because the free area has this width.
+fn are_short(free_width: f32, robots: usize) -> bool {
     free_width < LEAST_FOR_NAMES * robots as f32
 }
 
@@ -249,9 +250,9 @@ mod tests {
     }
 
     #[test]
-    fn names_are_numbers_where_there_is_little_space_for_many_robots() {
-        assert!(!are_numbers(640.0, 6) && !are_numbers(1280.0, 14));
-        assert!(are_numbers(640.0, 10) && are_numbers(1280.0, 22));
+    fn names_are_short_where_there_is_little_space_for_many_robots() {
+        assert!(!are_short(640.0, 6) && !are_short(1280.0, 14));
+        assert!(are_short(640.0, 10) && are_short(1280.0, 22));
     }
 
     #[test]

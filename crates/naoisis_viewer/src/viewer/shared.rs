@@ -370,6 +370,11 @@ pub struct TraceSaved(pub PathBuf);
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Selection(pub Option<RobotId>);
 
+/// Returns the short name of a robot, such as `b7`.
+pub fn short_name(id: RobotId) -> String {
+    id.team.name().chars().take(1).chain(id.number.to_string().chars()).collect()
+}
+
 /// The areas of the names on the pitch, logical pixels of the window, the topmost last.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct NameAreas(pub Vec<(RobotId, Rect)>);

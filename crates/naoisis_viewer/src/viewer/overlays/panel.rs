@@ -8,7 +8,7 @@ use super::legend::{marks, patch};
 use super::{Overlay, OverlayCommand, Overlays, Shows};
 use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
 use crate::viewer::layout::{Dock, Edge, LayoutSystems, PanelSizes, title};
-use crate::viewer::shared::{Action, Selection};
+use crate::viewer::shared::{Action, Selection, short_name};
 use crate::viewer::theme::{dim, team_colour, text_size};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
@@ -88,8 +88,7 @@ fn show_heads(ui: &mut egui::Ui, robots: &[RobotId], selection: &Selection) {
     ui.label(dim("all").size(text_size::SMALL)).on_hover_text("all robots");
     ui.label(dim("sel.").size(text_size::SMALL)).on_hover_text("the selected robot");
     for id in robots {
-        let initial = id.team.name().chars().next().unwrap_or('?');
-        let name = RichText::new(format!("{initial}{}", id.number)).size(text_size::SMALL);
+        let name = RichText::new(short_name(*id)).size(text_size::SMALL);
         let name = name.color(team_colour(ui, id.team));
         ui.label(if selection.0 == Some(*id) { name.underline() } else { name }).on_hover_text(id.to_string());
     }
