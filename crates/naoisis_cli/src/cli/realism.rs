@@ -8,6 +8,7 @@ use super::interrupt::Interrupt;
 use super::match_realism::{MatchRealismArguments, explain, match_realism};
 use super::terminal::Printer;
 use super::{Program, report};
+use naoisis_core::statistics::rounded;
 use naoisis_lab::trials::{self, MeasuredQuantity};
 use naoisis_sim::scenario::{MODELS, ModelError, RobotModel};
 
@@ -92,7 +93,11 @@ fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str],
         let _ = match (quantity.difference(), quantity.not_seen) {
             (Some(share), _) => {
                 let mark = if share.abs() > far { '!' } else { guess };
-                writeln!(text, "  {name:width$}  {measured:9.3} {real:9.3}  {:+8.1} % {mark}  {source}", 100.0 * share)
+                writeln!(
+                    text,
+                    "  {name:width$}  {measured:9.3} {real:9.3}  {:+8.1} % {mark}  {source}",
+                    rounded(100.0 * share, 1)
+                )
             }
             (None, why) => {
                 let why = why.unwrap_or_default();

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::observer::MatchRow;
 use naoisis_core::game::DecidedBy;
-use naoisis_core::statistics::{Estimate, mean, share};
+use naoisis_core::statistics::{Estimate, mean, rounded, share};
 use naoisis_core::team::{PerTeam, Team};
 
 /// The result of the valid matches of one variant, with 95 % confidence.
@@ -111,10 +111,11 @@ impl Summary {
             None => "-".to_owned(),
         };
         let number = |estimate: &Option<Estimate>, digits: usize, unit: &str| match estimate {
-            Some(estimate) if estimate.margin().is_finite() => {
-                format!("{:6.digits$}{unit} ± {:.digits$}", estimate.value, estimate.margin())
+            Some(estimate) => {
+                let (value, margin) = (rounded(estimate.value, digits as u32), estimate.margin());
+                let margin = if margin.is_finite() { format!(" ± {margin:.digits$}") } else { String::new() };
+                format!("{value:6.digits$}{unit}{margin}")
             }
-            Some(estimate) => format!("{:6.digits$}{unit}", estimate.value),
             None => "-".to_owned(),
         };
         let mut lines = vec![
