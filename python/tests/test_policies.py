@@ -68,10 +68,10 @@ def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
         torch.nn.Linear(32, outputs),
     ]
     module = torch.nn.Sequential(*layers, *last)
-    policy = naoisis.export_policy(module, tmp_path / "policy.onnx", envs, note="a test")
+    policy = naoisis.export_policy(module, tmp_path / "policy.onnx", envs, interactions=1234, note="a test")
     layout = json.loads((tmp_path / "policy.json").read_text())
     assert (layout["action"], layout["cycles_per_step"], layout["note"]) == (action, 5, "a test")
-    assert (layout["team_mates"], layout["opponents"]) == (2, 3)
+    assert (layout["team_mates"], layout["opponents"], layout["interactions"]) == (2, 3, 1234)
     with torch.no_grad():
         expected = module(torch.from_numpy(observations)).numpy()
     assert np.allclose(policy.scores(observations), expected, atol=1e-4)
@@ -110,8 +110,13 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
     torch = torch_with_onnx()
     env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
     length = env.observation_space.shape[0]
+    good = naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", env, note="good")
+    observation = np.zeros(length, np.float32)
+    answer = good(observation)
     with pytest.raises(ValueError, match="the policy answers 5 numbers; expected 13 scores, or 1 choices"):
         naoisis.export_policy(torch.nn.Linear(length, 5), tmp_path / "policy.onnx", env)
+    with pytest.raises(ValueError, match="interactions|invalid value"):
+        naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", env, interactions=-1)
     with pytest.raises(ValueError, match=r"ends in \.onnx"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy", env)
     with pytest.raises(TypeError, match="expected an environment of naoisis"):
@@ -134,3 +139,6 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
     images = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="image")
     with pytest.raises(ValueError, match="is an image"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", images)
+    # The policy that was there before is untouched.
+    assert naoisis.Policy(tmp_path / "policy.onnx")(observation) == answer
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["policy.json", "policy.onnx"]

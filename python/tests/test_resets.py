@@ -78,6 +78,12 @@ def test_episodes_begin_from_a_moment_with_other_chance_each_time(perceived):
         ({"set": {"ball.colour": 1}}, naoisis.ScenarioError, "colour"),
         ({"situation": {"ball": {"x": [1, 2]}}}, ValueError, "situation: .*x_m"),
         ({"situation": {"balls": {}}}, ValueError, "situation: unknown field"),
+        ({"situation": {"ball": {"x_m": [30, 30], "y_m": [0, 0]}}}, ValueError, "situation: no start is possible"),
+        (
+            {"situation": {"robots": {"blue9": {"x_m": [0, 0], "y_m": [0, 0], "heading_deg": [0, 0]}}}},
+            ValueError,
+            "situation: there is no blue9",
+        ),
         ({"snapshot": b"no"}, naoisis.SnapshotError, "expected the bytes of a snapshot"),
         ({"snapshot": "file"}, TypeError, "snapshot: expected the bytes"),
         ({"snapshot": b"", "set": {}}, ValueError, "expected no `set`"),
@@ -138,6 +144,15 @@ def test_earlier_policies_play_the_other_team():
     assert ((way > 0.1) == (drawn == 1)).all()
     *_, truncations, info = envs.step(stand)
     assert truncations.all() and len(info["final_obs"]) == 12 == len(info["final_info"]["success"])
+    # A reset of one world draws for this world alone.
+    drawn = envs.drawn.copy()
+    for _ in range(5):
+        envs.reset(options={"reset_mask": np.arange(24) < 4})
+        assert (envs.drawn[1:] == drawn[1:]).all()
+    with pytest.raises(ValueError, match="actions: there is a number that is not whole"):
+        envs.step(np.full(12, 0.5))
+    with pytest.raises(ValueError, match=r"actions: the shape is \(5,\)"):
+        envs.step(stand[:5])
     for wrong in ({"team": "red"}, {"control": "blue"}):
         with pytest.raises((ValueError, TypeError), match="team|control"):
             SelfPlay("TwoOnTwo", 1, **wrong)

@@ -125,8 +125,8 @@ def learn(datasets: Path, rows: int, updates: int, seed: int, out: Path) -> None
                 flush=True,
             )
     player = nn.Sequential(policy, Sharper(LOGIT_SCALE))
-    steps, note = len(seen) + len(test_seen), "learned by python/examples/ppo/clone.py"
-    naoisis.export_policy(player, out, env, choice="drawn", interactions=steps, note=note)
+    note = "learned by python/examples/ppo/clone.py"
+    naoisis.export_policy(player, out, env, choice="drawn", interactions=len(seen), note=note)
     with open(out.with_suffix(".csv"), "w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(curve)
 

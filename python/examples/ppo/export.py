@@ -64,12 +64,15 @@ def main() -> None:
     arguments = parser.parse_args()
     with np.load(arguments.policy) as file:
         layers = [(file[f"weight{layer}"], file[f"bias{layer}"]) for layer in range(len(file.files) // 2)]
+    # The last row of the learning curve beside the policy.
+    steps = int(arguments.policy.with_suffix(".csv").read_text().split()[-1].split(",")[0])
     onnx.save(network(layers), arguments.out)
     layout = {
         "observation": "belief",
         "action": "discrete",
         "cycles_per_step": 3,
         "choice": "drawn",
+        "interactions": steps,
         "note": f"learned by python/examples/ppo/main.py: {arguments.policy.stem}",
     }
     arguments.out.with_suffix(".json").write_text(json.dumps(layout, indent=2) + "\n")

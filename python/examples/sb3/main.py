@@ -23,7 +23,7 @@ def main(steps: int = 100_000) -> float:
     model.learn(steps)
     returns, _ = evaluate_policy(model, envs, n_eval_episodes=50, return_episode_rewards=True)
     print(f"mean return {np.mean(returns):.2f}, {np.mean(np.array(returns) > 8):.0%} of 50 episodes with a goal")
-    naoisis.export_policy(actor(model), "score.onnx", envs)
+    naoisis.export_policy(actor(model), "score.onnx", envs, interactions=model.num_timesteps)
     return float(np.mean(returns))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import tempfile
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -160,22 +161,29 @@ def export_policy(
     if not names:
         # One run for all robots of a team.
         exporter["dynamic_axes"] = {"observation": {0: "robots"}, "action": {0: "robots"}}
-    with _resting(module), warnings.catch_warnings():
+    # An earlier policy of this name stays until this one has been checked.
+    with (
+        _resting(module),
+        warnings.catch_warnings(),
+        tempfile.TemporaryDirectory(prefix=".export", dir=path.parent) as folder,
+    ):
+        written = Path(folder) / path.name
         # Of the exporter's own changes in later versions.
         warnings.simplefilter("ignore")
         torch.onnx.export(
             module,
             (torch.from_numpy(observations[:1]), *states),
-            str(path),
+            str(written),
             input_names=["observation", *names],
             output_names=["action", *(f"{name}_after" for name in names)],
             opset_version=17,
             **exporter,
         )
-        path.with_suffix(".json").write_text(json.dumps(layout, indent=2) + "\n")
-        policy = Policy(path)
-        _compare(policy, module, observations, states)
-    return policy
+        written.with_suffix(".json").write_text(json.dumps(layout, indent=2) + "\n")
+        _compare(Policy(written), module, observations, states)
+        for suffix in (".onnx", ".json"):
+            os.replace(written.with_suffix(suffix), path.with_suffix(suffix))
+    return Policy(path)
 
 
 def _others(names: Sequence[str]) -> dict[str, int]:

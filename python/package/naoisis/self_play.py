@@ -101,19 +101,21 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         if seed is not None:
             self._random = np.random.default_rng(seed)
         self._seen, info = self.envs.reset(seed=seed, options=options)
-        self._draw(np.ones(self.num_worlds, bool))
+        mask = (options or {}).get("reset_mask")
+        self._draw(
+            np.ones(self.num_worlds, bool) if mask is None else np.asarray(mask).reshape(self.num_worlds, -1).any(1)
+        )
         return self._rows(self._seen, self._learns), info
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         if self._seen is None:
             raise MatchError("the episode is over, or has not begun; expected a reset before the next step")
         everybody = self._no_actions(len(self._learns))
-        everybody[self._learns] = np.asarray(actions).reshape(everybody[self._learns].shape)
+        _put(everybody, self._learns, actions, "actions")
         for number in np.unique(self.drawn):
             rows = ~self._learns & (self.drawn[self._world] == number)
             if rows.any():
-                answer = np.asarray(self.pool[number](self._rows(self._seen, rows)))
-                everybody[rows] = answer.reshape(everybody[rows].shape)
+                _put(everybody, rows, self.pool[number](self._rows(self._seen, rows)), f"policy {number} of the pool")
         self._seen, rewards, terminations, truncations, info = self.envs.step(everybody)
         over = (terminations | truncations).reshape(self.num_worlds, -1)[:, 0]
         self._draw(over)
@@ -147,3 +149,13 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         # There are none where the arguments were wrong.
         if "envs" in vars(self):
             self.envs.close()
+
+
+def _put(everybody: np.ndarray, rows: np.ndarray, actions: Any, name: str) -> None:
+    """Writes the actions of some rows of robots. Refuses other shapes, and numbers that are not whole where choices are expected."""
+    array, shape = np.asarray(actions), everybody[rows].shape
+    if array.size != int(np.prod(shape)):
+        raise ValueError(f"{name}: the shape is {array.shape}; expected {shape}")
+    if everybody.dtype.kind in "iu" and array.dtype.kind == "f" and not np.equal(array, np.floor(array)).all():
+        raise ValueError(f"{name}: there is a number that is not whole; expected choices")
+    everybody[rows] = array.reshape(shape)
