@@ -120,7 +120,7 @@ def main() -> None:
         figure, _ = vector_env(threads=1, observation=observation, **team)
         say(f"vector_env, roles, observation {observation}, 1 thread", f"{figure:,.0f} cycles/s")
     for observation in ("perception", "belief", "truth"):
-        for worlds in (1, 256, 1024):
+        for worlds in (1, 64, 256):
             figure, _ = vector_env(worlds=worlds, threads=1, control=["blue", "pink"], observation=observation)
             say(
                 f"vector_env, six agents, {observation}, {worlds} worlds, 1 thread",

@@ -66,6 +66,8 @@ pub struct Shape<'py> {
     action: String,
     cycles_per_step: Option<u32>,
     reward: Option<Bound<'py, PyDict>>,
+    /// Whether a function of the truth, with what robots perceive, is the reward.
+    own_reward: bool,
     worlds: usize,
     auto_reset: String,
     threads: usize,
@@ -213,12 +215,14 @@ impl Environments {
         };
         let cycles = shape.cycles_per_step.or(challenge.as_ref().map(|challenge| challenge.cycles_per_step));
         let end = challenge.map(|challenge| challenge.end).unwrap_or_default();
+        let reads_senses = end.ball_seen || end.believed_within_m.is_some() || shape.own_reward;
         let settings = EnvironmentSettings {
             start: Arc::new(start),
             control,
             end,
             observation,
             camera,
+            blind: observation == ObservationKind::Truth && !reads_senses,
             action,
             cycles_per_step: cycles.unwrap_or(3),
             reward,

@@ -1,6 +1,6 @@
 //! What episodes start from: a scenario or a challenge, who is controlled in it, against whom, and what a reset changes of it.
 
-use naoisis::environment::challenge::{ChallengeError, Situation};
+use naoisis::environment::challenge::{ChallengeError, Situation, SituationError};
 use naoisis::environment::{Challenge, Start};
 use naoisis::scenario::{Realism, Scenario, ScenarioFile, Setting};
 use naoisis::simulation::Snapshot;
@@ -121,6 +121,8 @@ impl Origin {
             // What is wrong with it is said before who is controlled is looked for.
             simulator::start(py, &mut world, file)?;
             let (scenario, ids) = controlled(&world, &file.scenario, &self.words)?;
+            let wrong = |error: SituationError| PyValueError::new_err(format!("situation: {error}"));
+            situation.check(&scenario).map_err(wrong)?;
             scenarios.push(scenario);
             control = ids;
         }

@@ -65,7 +65,16 @@ fn policies_of_one_method_have_a_common_score() {
     let table = naoisis(folder.path(), &["leaderboard", ".", "--html", "table.html"]);
     let words = text(&table.stdout);
     assert!(table.status.success() && words.contains("\nmethod.json, 2 policies: mean "), "{words}");
+    assert!(words.contains("2498560, large") && words.contains("3227648, large"), "{words}");
     assert!(fs::read_to_string(folder.path().join("table.html")).unwrap().contains("<p>method.json, 2 policies"));
+    // Interactions that a file claims are those of the policies' layouts.
+    let results = fs::read_to_string(folder.path().join("method.json")).unwrap().replacen("2498560", "900000", 1);
+    fs::write(folder.path().join("method.json"), results).unwrap();
+    let verified = naoisis(folder.path(), &["challenge", "--verify", "method.json"]);
+    let words = text(&verified.stdout);
+    let expected = "interactions: 900000 in the file, 2498560 in the layout";
+    assert!(!verified.status.success() && words.contains(expected), "{words}");
+    assert!(words.contains("striker.onnx: the same in 2 episodes"), "{words}");
 }
 
 #[test]
@@ -100,7 +109,7 @@ fn results_are_verified_and_make_a_table_without_those_that_are_changed() {
     let output = run(&["leaderboard", ".", "--verify", "--json", "table.txt", "--html", "table.html"]);
     assert_eq!(output.status.code(), Some(1));
     let errors = text(&output.stderr);
-    assert!(errors.contains("left out: ./changed.json: it comes out otherwise"), "{errors}");
+    assert!(errors.contains("left out: ./changed.json: it is not confirmed"), "{errors}");
     assert!(errors.contains("left out: ./torn.json: this is no file of results"), "{errors}");
     let table: Value = serde_json::from_slice(&fs::read(folder.path().join("table.txt")).unwrap()).unwrap();
     let players: Vec<&Value> = table.as_array().unwrap().iter().map(|row| &row["player"]).collect();
@@ -126,4 +135,40 @@ fn an_episode_is_a_scenario_that_goes_the_same_way() {
     let earlier = format!("blue.goals >= 1 within {} s", time_s - 0.1);
     let output = naoisis(folder.path(), &["run", "episode.json", "--expect", &earlier]);
     assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn programs_of_results_are_started_only_if_they_may_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| naoisis(folder.path(), arguments);
+    let played = run(&["challenge", "GoToBall", "--behaviour", "idle", "--episodes", "1", "--out", "idle.json"]);
+    assert!(played.status.success());
+    let results = fs::read_to_string(folder.path().join("idle.json")).unwrap();
+    let changed = results.replace("\"player\": \"idle\"", "\"player\": \"exec:touch started\"");
+    assert_ne!(results, changed);
+    fs::write(folder.path().join("idle.json"), changed).unwrap();
+    for command in [["leaderboard", ".", "--verify"], ["challenge", "--verify", "idle.json"]] {
+        let output = run(&command);
+        assert!(!output.status.success() && text(&output.stderr).contains("allow it with --programs"), "{command:?}");
+    }
+    assert!(!folder.path().join("started").exists());
+    assert!(!run(&["challenge", "--verify", "idle.json", "--programs"]).status.success());
+    assert!(folder.path().join("started").exists());
+}
+
+#[test]
+fn what_is_wrong_with_the_last_player_is_said_before_the_first_plays() {
+    let folder = tempfile::tempdir().unwrap();
+    for (player, words) in
+        [(["--behaviour", "strikr"], "there is no behaviour `strikr`"), (["--policy", "nothing.onnx"], "nothing.onnx")]
+    {
+        let first = if player[0] == "--policy" { ["--policy", "learned"] } else { ["--behaviour", "chaser"] };
+        let output = naoisis(folder.path(), &[&["challenge", "GoToBall"][..], &first, &player].concat());
+        let (errors, printed) = (text(&output.stderr), text(&output.stdout));
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        assert!(errors.contains(words) && !printed.contains("succeed"), "{errors}{printed}");
+    }
+    let output =
+        naoisis(folder.path(), &["challenge", "GoToBall", "--behaviour", "idle", "--out", "nowhere/idle.json"]);
+    assert!(output.status.code() == Some(2) && text(&output.stderr).contains("there is no folder nowhere"));
 }

@@ -99,6 +99,7 @@ class Worlds:
                 "action": action,
                 "cycles_per_step": None if cycles is None else count_of(cycles, "cycles_per_step"),
                 "reward": None if callable(reward) else _weights(reward),
+                "own_reward": callable(reward),
                 "worlds": count_of(worlds, "num_envs", most=1_000_000),
                 "auto_reset": auto_reset,
                 "threads": os.cpu_count() or 1 if threads is None else count_of(threads, "threads", most=1024),

@@ -104,11 +104,12 @@ class MatchEnv(gymnasium.Env):
         return observation, float(arrays["rewards"][0]), terminated, truncated, info
 
     def truth(self) -> dict[str, Any]:
-        """The current truth: see :meth:`naoisis.Match.truth`."""
+        """The current truth: see :meth:`naoisis.Match.truth`. With the observation ``"truth"``, controlled robots perceive nothing."""
         return self._worlds.inner.truth(0)
 
     def snapshot(self) -> bytes:
-        """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``."""
+        """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``. Robots see in the first observation what
+        they saw in the snapshot: nothing, if the truth is observed here."""
         return self._worlds.inner.snapshot(0)
 
     def state(self) -> np.ndarray:
@@ -292,7 +293,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return {name: arrays[name].copy() for name in ("observations", "images")}
 
     def snapshot(self, world: int = 0) -> bytes:
-        """A snapshot of a world, to start episodes from: ``reset(options={"snapshot": ...})``."""
+        """A snapshot of a world, to start episodes from: ``reset(options={"snapshot": ...})``. Robots see in the first observation what
+        they saw in the snapshot: nothing, if the truth is observed here."""
         return self._worlds.inner.snapshot(count_of(world, "world", least=0))
 
     def state(self) -> np.ndarray:

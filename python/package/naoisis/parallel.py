@@ -120,11 +120,12 @@ class MatchParallelEnv(ParallelEnv):
         return [name for name, *_ in self._worlds.inner.state_entries()]
 
     def truth(self) -> dict[str, Any]:
-        """The current truth: see :meth:`naoisis.Match.truth`."""
+        """The current truth: see :meth:`naoisis.Match.truth`. With the observation ``"truth"``, controlled robots perceive nothing."""
         return self._worlds.inner.truth(0)
 
     def snapshot(self) -> bytes:
-        """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``."""
+        """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``. Robots see in the first observation what
+        they saw in the snapshot: nothing, if the truth is observed here."""
         return self._worlds.inner.snapshot(0)
 
     def render(self) -> np.ndarray | None:

@@ -15,8 +15,8 @@ KINDS = {
     "\nOther robots are in the order of their distance, the nearest first, which changes from step to step; goal posts from left to right.",
     "belief": "The belief of the built-in estimator. The own pose is in the team frame: the own goal is at -x. Robots that observe"
     "\ntheir beliefs send their pose and the ball that they see to team-mates, as the built-in teams do (`messages.loss` 1 switches this off).",
-    "truth": "The true state: for critics, and to measure the value of perfect knowledge. The robots have no vision and no sonar, "
-    "which nothing reads, so worlds are stepped faster.",
+    "truth": "The true state: for critics, and to measure the value of perfect knowledge. To step faster, controlled robots have no vision"
+    "\nand no sonar, unless the task, a reward function or camera images need them.",
     "image": "Everything except vision, beside the camera image: the part `body` of the observation.",
 }
 
@@ -64,7 +64,8 @@ def page() -> str:
     parts += [
         "",
         "With `discrete` the head looks at the ball, and searches while the robot sees none; with `velocities` it looks where the ball is",
-        "believed to be, if beliefs are observed, and now and then at a goal post, if the robot has not seen landmarks recently.",
+        "believed to be, if beliefs are observed, and now and then at a goal post, if the robot has not seen landmarks recently. Robots",
+        "without vision look at the true ball.",
     ]
     parts += ["", "## Rewards", "", "| term | value |", "|---|---|"]
     parts += [f"| `{name}` | {says} |" for name, says in _naoisis.Environments.rewards()]

@@ -34,10 +34,12 @@ pub enum ActionKind {
     Continuous,
     /// Three choices: a walk, a direction to look, and a kick: see [`WALKS`], [`LOOKS`] and [`KICKS`].
     MultiDiscrete,
-    /// One choice: a walk or a kick. The head looks at the ball, and searches for it while it is not seen.
+    /// One choice: a walk or a kick. The head looks at the ball, and searches for it while it is not seen. Without vision, the head looks at
+    /// the true ball.
     Discrete,
     /// Four choices: speed forwards, sideways, of turning, and a kick: see [`AHEAD`], [`ASIDE`], [`TURNS`] and
-    /// [`KICKS`]. The head looks at the ball, and at the goals when the robot needs landmarks.
+    /// [`KICKS`]. The head looks at the ball, and at the goals when the robot needs landmarks. Without vision, the head looks at the true
+    /// ball.
     Velocities,
 }
 

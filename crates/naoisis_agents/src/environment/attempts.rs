@@ -48,7 +48,7 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::scenario::wording::did_you_mean;
 use naoisis_sim::scenario::{BehaviourSpec, Scenario, TeamsSpec};
-use naoisis_sim::simulation::{play_in_order, resolved};
+use naoisis_sim::simulation::{play_in_order, resolved, start_match};
 
 /// The episodes to play.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -126,6 +126,24 @@ pub fn play_attempts(
     play_in_order(0..attempts.episodes, attempts.threads, stop, worker, play, |attempt| attempt.map(&mut finished))
 }
 
+/// Checks that `player` can play in `challenge`: that it exists, and that its files can be read. Programs are not started.
+///
+/// # Errors
+/// Why it cannot.
+pub fn check_player(
+    challenge: &Challenge,
+    player: &ChallengePlayer,
+    simulator: impl Fn() -> App,
+) -> Result<(), AttemptError> {
+    let player = if let ChallengePlayer::OpenLoop(recorded) = player { recorded } else { player };
+    if player.has_own_robots() {
+        let mut world = world(simulator);
+        let scenario = scenario_of_episode(challenge, player, FIRST_RECORDED, &world)?;
+        start_match(&mut world, &scenario).map_err(StartError::from)?;
+    }
+    Ok(())
+}
+
 /// The scenario of the episode with `seed`, in which `player` plays the controlled robots.
 ///
 /// # Errors
@@ -167,6 +185,7 @@ pub(super) fn settings(
         end: challenge.end,
         observation: ObservationKind::Perception,
         camera: None,
+        blind: false,
         action: ActionKind::Continuous,
         cycles_per_step: challenge.cycles_per_step,
         reward: challenge.reward,

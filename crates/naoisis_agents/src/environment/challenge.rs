@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 pub use super::ending::EndConditions;
 use super::reward::RewardWeights;
-pub use super::situation::{Area, Shot, Situation, StartArea};
+pub use super::situation::{Area, Shot, Situation, SituationError, StartArea};
 use naoisis_core::statistics::{self, Estimate};
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::wording::did_you_mean;
@@ -46,6 +46,9 @@ pub struct Challenge {
     /// What differs for robots that are taller than [`TALL_M`].
     #[serde(default)]
     tall_robots: TallRobots,
+    /// Situation and end for all other robots.
+    #[serde(skip)]
+    usual: (Situation, EndConditions),
     /// Success rates of some [players](super::attempts::ChallengePlayer) in each realism, as measured by `naoisis challenge`.
     pub success_rates: BTreeMap<String, BTreeMap<String, SuccessRate>>,
     /// Settings laid over the scenario, see [`with`](Self::with).
@@ -141,13 +144,28 @@ macro_rules! embedded {
 embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "FirstGoal" "Match3v3"
 "GoToBall" "GetUp" "WalkAcross" "KickAccuracy" "InterceptBall" "KeepGoal" "Localise" "PassAndScore" "OneOnOne" "Match5v5" }
 
+/// The parts of the name of a form of a challenge.
+struct Form<'a> {
+    task: &'a str,
+    is_unseen: bool,
+    is_from_images: bool,
+}
+
+impl<'a> Form<'a> {
+    /// Splits a name with each suffix at most once, in any order.
+    fn of(name: &'a str) -> Self {
+        let without = |name: &'a str, suffix| name.strip_suffix(suffix).map_or((name, false), |name| (name, true));
+        let (inner, is_last) = without(name, UNSEEN);
+        let (inner, is_from_images) = without(inner, IMAGES);
+        let (task, is_first) = if is_last { (inner, false) } else { without(inner, UNSEEN) };
+        Self { task, is_unseen: is_last || is_first, is_from_images }
+    }
+}
+
 impl Challenge {
     /// Whether there is a built-in challenge `name`.
     pub fn exists(name: &str) -> bool {
-        match [IMAGES, UNSEEN].iter().find_map(|suffix| name.strip_suffix(suffix)) {
-            Some(name) => Self::exists(name),
-            None => CHALLENGES.iter().any(|(known, _)| *known == name),
-        }
+        CHALLENGES.iter().any(|(known, _)| *known == Form::of(name).task)
     }
 
     /// The built-in challenge `name`. With [`UNSEEN`] after its name it is the held-out form, with [`IMAGES`] the form in which robots
@@ -156,18 +174,17 @@ impl Challenge {
     /// # Errors
     /// If there is no challenge with this name.
     pub fn named(name: &str) -> Result<Self, ChallengeError> {
-        if let Some(seen) = name.strip_suffix(UNSEEN) {
-            return Self::named(seen).map(Self::held_out);
-        }
-        if let Some(perceived) = name.strip_suffix(IMAGES) {
-            return Self::named(perceived).map(Self::perceived_in_images);
-        }
-        let Some((_, text)) = CHALLENGES.iter().find(|(known, _)| *known == name) else {
+        let Form { task, is_unseen, is_from_images } = Form::of(name);
+        let Some((_, text)) = CHALLENGES.iter().find(|(known, _)| *known == task) else {
             let known: Vec<&str> = CHALLENGES.iter().map(|(name, _)| *name).collect();
             let meant = did_you_mean(name, known.iter().copied());
             return Err(ChallengeError::NoSuch { name: name.to_owned(), meant, known: known.join(", ") });
         };
-        serde_json::from_str(text).map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })
+        let read: Result<Self, _> = serde_json::from_str(text);
+        let read = read.map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })?;
+        let read = Self { usual: (read.situation.clone(), read.end), ..read };
+        let read = if is_from_images { read.perceived_in_images() } else { read };
+        Ok(if is_unseen { read.held_out() } else { read })
     }
 
     /// Appends a suffix to the name, and removes the rates, whose players stay. Returns the scenario.
@@ -201,23 +218,21 @@ impl Challenge {
                 robot["behaviour"] = unseen.into();
             }
         }
-        match self.scenario() {
-            Ok(file) => self.laid_out_for(&file.scenario),
-            Err(_) => self,
-        }
+        self
     }
 
-    /// The challenge as it is laid out for the robots of `scenario`: in its form for tall robots, if they are taller than [`TALL_M`].
+    /// The challenge as it is laid out for the robots of `scenario`: in its form for tall robots, if the first controlled robot is taller
+    /// than [`TALL_M`].
     pub fn laid_out_for(self, scenario: &Scenario) -> Self {
-        if scenario.settings.body.height_m <= TALL_M {
-            return self;
-        }
-        let TallRobots { situation, end } = self.tall_robots.clone();
-        Self { situation: situation.unwrap_or(self.situation), end: end.unwrap_or(self.end), ..self }
+        let is_tall = self.control.first().is_some_and(|id| scenario.body_of(&scenario.robot(*id)).height_m > TALL_M);
+        let TallRobots { situation, end } = if is_tall { self.tall_robots.clone() } else { TallRobots::default() };
+        let (usual_situation, usual_end) = self.usual.clone();
+        Self { situation: situation.unwrap_or(usual_situation), end: end.unwrap_or(usual_end), ..self }
     }
 
-    /// The challenge in another `realism`, and with another `model` of the robots if there is one, [laid out](Self::laid_out_for) for it. Without, `realistic` has the NAO V6 in the
-    /// place of the paper's NAO, for which there are no figures of a real robot.
+    /// The challenge in another `realism`, and with another `model` of the robots if there is one, [laid out](Self::laid_out_for) for them.
+    ///
+    /// Without a `model`, `realistic` has the NAO V6 in the place of the paper's NAO, for which there are no figures of a real robot.
     ///
     /// # Errors
     /// If the scenario is invalid then, for example because there is no such model.
@@ -303,9 +318,11 @@ mod tests {
         for name in ["FindBall", "GoToBall", "GetUp", "InterceptBall", "KeepGoal"] {
             let of_nao = Challenge::named(name).unwrap().with(Realism::Realistic, None).unwrap();
             let of_k1 = Challenge::named(name).unwrap().with(Realism::Realistic, Some("booster_k1")).unwrap();
-            let of_t1 = Challenge::named(&format!("{name}_unseen")).unwrap();
+            let unseen =
+                |model| Challenge::named(&format!("{name}_unseen")).unwrap().with(Realism::Ideal, model).unwrap();
             let layout = |challenge: &Challenge| (challenge.situation.clone(), challenge.end);
-            assert!(layout(&of_nao) != layout(&of_k1) && layout(&of_k1) == layout(&of_t1), "{name}");
+            assert!(layout(&of_nao) != layout(&of_k1) && layout(&of_k1) == layout(&unseen(None)), "{name}");
+            assert_eq!(layout(&of_nao), layout(&unseen(Some("nao_v6"))), "{name}");
             for seed in 0..50 {
                 let scenario = of_k1.scenario().unwrap().scenario;
                 assert!(of_k1.situation.drawn(Scenario { seed, ..scenario }).validate().is_ok(), "{name} {seed}");
@@ -313,13 +330,18 @@ mod tests {
         }
         for name in ["FindBall_images", "TwoOnTwo_images_unseen", "Match3v3_unseen_images"] {
             let challenge = Challenge::named(name).unwrap();
-            assert!(challenge.name == name && Challenge::exists(name));
+            // Both orders are one form.
+            assert!(challenge.name == name.replace("_unseen_images", "_images_unseen") && Challenge::exists(name));
             for realism in [Realism::Paper, Realism::Ideal, Realism::Realistic] {
                 let scenario = challenge.clone().with(realism, None).unwrap().scenario().unwrap().scenario;
                 assert_eq!(scenario.settings.vision.fidelity(), Fidelity::Image, "{name} {realism}");
             }
         }
-        assert!(Challenge::named("Nothing_unseen").is_err() && !Challenge::exists("Nothing_unseen"));
+        for nothing in
+            ["Nothing_unseen", "GoToBall_unseen_unseen", "GoToBall_images_images", "GoToBall_unseen_images_unseen"]
+        {
+            assert!(Challenge::named(nothing).is_err() && !Challenge::exists(nothing), "{nothing}");
+        }
         assert!(Challenge::named("ScoreGoal").unwrap_err().to_string().contains("expected one of FindBall"));
         let error = Challenge::named("findball").unwrap_err().to_string();
         assert!(error.starts_with("there is no challenge `findball`: did you mean `FindBall`?; expected"), "{error}");

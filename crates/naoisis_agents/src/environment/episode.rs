@@ -11,7 +11,6 @@ use super::observation::{Memory, ObservationKind, observe};
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
 use crate::agents::{self, AgentSettings, ProgramStartError, RobotCommand};
-use naoisis_core::behaviour::Remote;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::{CycleClock, perceive, run_cycle};
@@ -23,8 +22,11 @@ use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraImages;
+use naoisis_sensing::sensing::latency::LatencyQueues;
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::scene::SensesNothing;
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::vision::{Percepts, VisionSettings, VisionSource};
 use naoisis_sim::scenario::{Scenario, ScenarioFault};
 use naoisis_sim::simulation::{Snapshot, give_belief, start_match};
 
@@ -76,6 +78,8 @@ pub struct EnvironmentSettings {
     pub observation: ObservationKind,
     /// The camera whose images are observed, if any.
     pub camera: Option<CameraName>,
+    /// Whether the controlled robots have no vision and no sonar, because nothing reads them. Robots that see by camera images keep them.
+    pub blind: bool,
     /// The kind of actions.
     pub action: ActionKind,
     /// The number of cycles for which an action is held, at least 1.
@@ -157,21 +161,18 @@ impl Episode {
         Ok(())
     }
 
-    /// Gives the controlled robots beliefs if they are needed. Leaves out the vision and the sonar of robots that are controlled from outside
-    /// of the match if nothing reads them.
+    /// Gives the controlled robots beliefs if they are needed, or takes their vision and their sonar away.
     pub(super) fn set_senses(&mut self, settings: &EnvironmentSettings) {
-        let end = &settings.end;
-        let needs_belief = settings.observation == ObservationKind::Belief || end.believed_within_m.is_some();
-        let knows_truth = settings.observation == ObservationKind::Truth && settings.camera.is_none();
+        let needs_belief = settings.observation == ObservationKind::Belief || settings.end.believed_within_m.is_some();
         for id in &settings.control {
             if needs_belief {
                 give_belief(&mut self.world, *id);
-            } else if knows_truth
-                && !end.ball_seen
-                && let Some(robot) = self.world.resource::<Roster>().get(*id)
-                && self.world.entity(robot).contains::<Remote>()
-            {
-                self.world.entity_mut(robot).insert(SensesNothing);
+            }
+            let Some(robot) = self.world.resource::<Roster>().get(*id).filter(|_| settings.blind) else { continue };
+            let mut robot = self.world.entity_mut(robot);
+            if robot.get::<VisionSettings>().is_none_or(|vision| vision.source != VisionSource::Image) {
+                // What a moment's robot saw before does not stay.
+                robot.insert((SensesNothing, Percepts::default(), SonarReading::default(), LatencyQueues::default()));
             }
         }
     }
@@ -295,7 +296,6 @@ mod tests {
     use naoisis_core::ball::{Ball, BallVelocity};
     use naoisis_core::robot::head::{HeadAngles, HeadLimits};
     use naoisis_core::team::Team;
-    use naoisis_sensing::sensing::vision::Percepts;
     use naoisis_sim::scenario::Realism;
     use naoisis_sim::simulation::NaoisisPlugins;
 
@@ -309,7 +309,8 @@ mod tests {
     fn played(observation: ObservationKind, action: ActionKind, choices: &[f32]) -> (bool, Vec<(Pose, f32)>) {
         let challenge = Challenge::named("TwoOnTwo").unwrap().with(Realism::Realistic, None).unwrap();
         let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
-        let settings = EnvironmentSettings { observation, action, ..settings };
+        let settings =
+            EnvironmentSettings { observation, action, blind: observation == ObservationKind::Truth, ..settings };
         let mut episode = Episode::new(attempts::world(simulator), 3);
         episode.begin(&settings).unwrap();
         let robot = |world: &World, id| world.resource::<Roster>().get(id).unwrap();
@@ -342,8 +343,12 @@ mod tests {
     fn the_head_of_a_robot_that_knows_the_truth_looks_at_the_ball() {
         let challenge = Challenge::named("GoToBall").unwrap();
         let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
-        let settings =
-            EnvironmentSettings { observation: ObservationKind::Truth, action: ActionKind::Discrete, ..settings };
+        let settings = EnvironmentSettings {
+            observation: ObservationKind::Truth,
+            blind: true,
+            action: ActionKind::Discrete,
+            ..settings
+        };
         let mut episode = Episode::new(attempts::world(simulator), 3);
         episode.begin(&settings).unwrap();
         for _ in 0..20 {

@@ -37,7 +37,7 @@ pub enum ObservationKind {
     Perception,
     /// The belief of the built-in estimator.
     Belief,
-    /// The true state. Controlled robots have no vision and no sonar then, as nothing reads them.
+    /// The true state.
     Truth,
     /// Everything except vision, for agents that observe camera images.
     Body,

@@ -49,10 +49,10 @@ pub struct ChallengeResult {
 /// The most interactions of the small and of the large budget, in which learned players are compared.
 const BUDGETS: [(u64, &str); 2] = [(1_000_000, "small"), (100_000_000, "large")];
 
-/// Returns a number of interactions in millions, with the smallest budget in which it is.
+/// Returns a number of interactions with the smallest budget in which it is.
 pub fn interactions_in_words(interactions: u64) -> String {
     let budget = BUDGETS.into_iter().find(|(most, _)| interactions <= *most).map_or("over both", |(_, name)| name);
-    format!("{:.2} M, {budget}", interactions as f64 / 1e6)
+    format!("{interactions}, {budget}")
 }
 
 /// Why a result is refused.
@@ -146,7 +146,7 @@ impl fmt::Display for MethodScore {
 }
 
 impl ChallengeResult {
-    /// The result of `episodes`, of a player that was not trained.
+    /// The result of `episodes`, without a number of interactions.
     pub fn new(
         challenge: &Challenge,
         (realism, robot): (Realism, Option<&str>),
@@ -317,8 +317,8 @@ mod tests {
 
     #[test]
     fn interactions_are_told_with_their_budget() {
-        let words = [0, 1_000_000, 1_000_001, 100_000_000, 250_000_000].map(interactions_in_words);
-        let expected = ["0.00 M, small", "1.00 M, small", "1.00 M, large", "100.00 M, large", "250.00 M, over both"];
+        let words = [0, 1_000_000, 1_000_001, 100_000_000, 100_000_001].map(interactions_in_words);
+        let expected = ["0, small", "1000000, small", "1000001, large", "100000000, large", "100000001, over both"];
         assert_eq!(words, expected);
     }
 

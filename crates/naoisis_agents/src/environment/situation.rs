@@ -10,7 +10,7 @@ use naoisis_core::geometry::{Pose, to_radians, wrap_angle};
 use naoisis_core::random::RandomStream;
 use naoisis_core::robot::posture::LyingOn;
 use naoisis_core::team::RobotId;
-use naoisis_sim::scenario::Scenario;
+use naoisis_sim::scenario::{Scenario, ScenarioFault};
 
 /// A range: the least and the greatest value.
 type Range = [f32; 2];
@@ -30,6 +30,20 @@ pub struct Situation {
     /// Whether half of the situations, drawn by chance, are mirrored at the long axis of the pitch.
     pub mirrored: bool,
 }
+
+/// Why no episode can start in a [`Situation`].
+#[derive(Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SituationError {
+    /// A robot of the situation is not in the match.
+    #[error("there is no {0} in the match")]
+    NoRobot(RobotId),
+    /// All positions that were drawn are invalid.
+    #[error("no start is possible in these areas: {0}")]
+    Impossible(ScenarioFault),
+}
+
+naoisis_core::debug_as_displayed!(SituationError);
 
 /// An area on the pitch, pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -98,19 +112,37 @@ impl Situation {
         *self == Self::default()
     }
 
-    /// The scenario with start positions drawn by its seed.
+    /// Checks that a start can be drawn for `scenario`.
+    ///
+    /// # Errors
+    /// If a robot is not in the match, or no positions of a hundred draws are possible.
+    pub fn check(&self, scenario: &Scenario) -> Result<(), SituationError> {
+        let mut robots = self.robots.keys().chain(self.carried.keys());
+        match robots.find(|id| !scenario.has_robot(**id)) {
+            Some(id) => Err(SituationError::NoRobot(*id)),
+            None => self.try_drawn(scenario).map(drop).map_err(SituationError::Impossible),
+        }
+    }
+
+    /// Returns the scenario with start positions drawn by its seed; without a possible start, the scenario itself.
     pub(super) fn drawn(&self, scenario: Scenario) -> Scenario {
+        self.try_drawn(&scenario).unwrap_or(scenario)
+    }
+
+    fn try_drawn(&self, scenario: &Scenario) -> Result<Scenario, ScenarioFault> {
         /// The greatest number of draws of the positions, which are repeated if robots overlap.
         const MOST_TRIES: usize = 100;
 
         let mut stream = RandomStream::for_match(scenario.seed, "situation");
+        let mut last = Ok(scenario.clone());
         for _ in 0..MOST_TRIES {
             let tried = self.draw(scenario.clone(), &mut stream);
-            if tried.validate().is_ok() {
-                return tried;
+            last = tried.validate().map(|()| tried);
+            if last.is_ok() {
+                break;
             }
         }
-        scenario
+        last
     }
 
     fn draw(&self, mut scenario: Scenario, stream: &mut RandomStream) -> Scenario {

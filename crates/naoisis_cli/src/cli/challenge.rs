@@ -9,19 +9,19 @@ use std::process::ExitCode;
 
 use super::batch::progress_bar;
 use super::interrupt::Interrupt;
-use super::outputs::{Output, check_files};
+use super::outputs::{Output, check_files, check_folder_of};
 use super::play::{PlayArguments, display, play_file};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::Challenge;
 use naoisis_agents::environment::attempts::{
-    Attempt, AttemptError, Attempts, ChallengePlayer, play_attempts, scenario_of_episode,
+    Attempt, AttemptError, Attempts, ChallengePlayer, check_player, play_attempts, scenario_of_episode,
 };
 use naoisis_agents::environment::challenge::{CHALLENGES, ChallengeError, RECORD_SEED, SuccessRate};
 use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile};
 use naoisis_agents::policy::interactions;
 use naoisis_core::replace_file::replace_file;
-use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile};
+use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile, TeamsSpec};
 
 /// Arguments of `naoisis challenge`.
 #[derive(Args, Debug, Clone)]
@@ -67,8 +67,11 @@ pub struct ChallengeArguments {
     #[arg(long, value_name = "SEED", conflicts_with_all = ["out", "scenario", "seed", "record"])]
     watch: Option<u64>,
     /// Play a file of results again, and report whether everything comes out the same
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["behaviour", "team", "policy"])]
     verify: Option<PathBuf>,
+    /// Start the programs that a file of results names, for --verify; they can do whatever you can do
+    #[arg(long, requires = "verify")]
+    programs: bool,
     /// Replace an existing file
     #[arg(long)]
     force: bool,
@@ -93,7 +96,8 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> E
     };
     for (option, path) in [("--out", &arguments.out), ("--scenario", &arguments.scenario)] {
         let Some(path) = path else { continue };
-        if let Err(message) = check_files(Path::new(""), &[Output { option, path: path.clone() }], arguments.force) {
+        let checked = check_files(Path::new(""), &[Output { option, path: path.clone() }], arguments.force);
+        if let Err(message) = checked.and_then(|()| check_folder_of(path)) {
             return report::usage_error(&message);
         }
     }
@@ -120,10 +124,18 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> E
     let mut printer = Printer::default();
     if let Some(path) = &arguments.verify {
         let status = match read_results(path) {
-            Ok(file) => verify(program, &file, arguments.threads, &interrupt, &mut printer),
+            Ok(file) => verify(program, &file, (arguments.threads, arguments.programs), &interrupt, &mut printer),
             Err(message) => report::usage_error(&message),
         };
         return interrupt.finish(printer.finish(status));
+    }
+    // What is wrong with the last player is said before the first one plays.
+    for (realism, challenge) in &challenges {
+        for player in players(challenge, *realism, arguments) {
+            if let Err(error) = check_player(challenge, &player, || program.simulator()) {
+                return report::usage_error(&error.to_string());
+            }
+        }
     }
     let mut file = ResultFile::default();
     for (realism, challenge) in &challenges {
@@ -281,17 +293,21 @@ pub(super) fn read_results(path: &Path) -> Result<ResultFile, String> {
     ResultFile::from_text(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// Plays all results of a file again and prints what comes out otherwise.
+/// Plays all results of a file again and prints what comes out otherwise. Results of programs are refused unless `programs` may be started.
 pub(super) fn verify(
     program: Program,
     file: &ResultFile,
-    wanted: Option<u16>,
+    (wanted, programs): (Option<u16>, bool),
     interrupt: &Interrupt,
     printer: &mut Printer,
 ) -> ExitCode {
     let mut status = ExitCode::SUCCESS;
     for result in &file.results {
         let name = format!("{}-v{}, {}, {}", result.challenge, result.version, result.realism, result.player);
+        if result.player.contains(TeamsSpec::EXEC) && !programs {
+            let why = "it would start this program, which can do whatever you can do; allow it with --programs";
+            return report::failure(&format!("{name}: {why}"));
+        }
         let progress = progress_bar(result.episodes.len(), 0, false);
         let played = result.challenge().map_err(|error| error.to_string()).and_then(|challenge| {
             let simulator = || program.simulator();
@@ -307,6 +323,15 @@ pub(super) fn verify(
             if interrupt.is_stopped() {
                 printer.print(format_args!("{name}: broken off\n"));
                 return ExitCode::FAILURE;
+            }
+            let Ok(player) = result.player.parse();
+            let trained = interactions(&player);
+            if trained != result.interactions {
+                let words = |number: Option<u64>| number.map_or("no number".to_owned(), |number| number.to_string());
+                let [written, found] = [words(result.interactions), words(trained)];
+                printer.print(format_args!("{name}: interactions: {written} in the file, {found} in the layout\n"));
+                status = ExitCode::FAILURE;
+                continue;
             }
             printer.print(format_args!("{name}: the same in {} episodes\n", result.episodes.len()));
             continue;

@@ -25,6 +25,9 @@ pub struct LeaderboardArguments {
     /// Play every result again, and leave out files of which something comes out otherwise
     #[arg(long)]
     verify: bool,
+    /// Start the programs that files of results name, for --verify; they can do whatever you can do
+    #[arg(long, requires = "verify")]
+    programs: bool,
     /// Write the table as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -69,11 +72,12 @@ pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> ExitCo
         }
         let read = read_results(&path).and_then(|file| {
             if !arguments.verify
-                || verify(program, &file, arguments.threads, &interrupt, &mut printer) == ExitCode::SUCCESS
+                || verify(program, &file, (arguments.threads, arguments.programs), &interrupt, &mut printer)
+                    == ExitCode::SUCCESS
             {
                 return Ok(file);
             }
-            let why = if interrupt.is_stopped() { "it is not verified" } else { "it comes out otherwise" };
+            let why = if interrupt.is_stopped() { "it is not verified" } else { "it is not confirmed" };
             Err(format!("{}: {why}", path.display()))
         });
         match read {
@@ -174,7 +178,7 @@ fn table(rows: &[Row]) -> String {
     let line = |text: &mut String, cells: [&str; 8]| {
         let [player, share, interval, time, episodes, seeds, interactions, file] = cells;
         let _ = write!(text, "{player:26} {share:>9} {interval:>14} {time:>7} {episodes:>8}  ");
-        let _ = writeln!(text, "{seeds:12} {interactions:17} {file}");
+        let _ = writeln!(text, "{seeds:12} {interactions:20} {file}");
     };
     for rows in rows.chunk_by(|one, other| group(one) == group(other)) {
         let _ = writeln!(text, "\n{}", rows.first().map(title).unwrap_or_default());

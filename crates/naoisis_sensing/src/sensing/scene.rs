@@ -52,8 +52,8 @@ pub enum SensingSystems {
     Custom,
 }
 
-/// A robot whose vision and sonar are not simulated, because nothing reads them: its percepts and its sonar reading stay empty. What it
-/// does, and the random numbers of everything else, are the same as with them. It is not part of a saved match.
+/// Marks a robot without vision and sonar: its percepts and its sonar reading stay as they are, and its gaze does not rock. What it does is
+/// the same, and so are the random numbers of everything else. The mark is not part of a saved match.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct SensesNothing;
 
