@@ -131,6 +131,9 @@ def test_bad_questions_are_clear_exceptions():
             ask("green1")
         with pytest.raises(naoisis.MatchError, match="there is no robot `pink7`; expected one of blue1"):
             ask("pink7")
+        with pytest.raises(TypeError, match="robot: expected a text, not 3"):
+            ask(3)
+    assert 0 < match.run(1e300) < 10_000, "to the end"
     for wrong, exception in ((0, ValueError), (-3, ValueError), (1.5, TypeError)):
         with pytest.raises(exception, match="cycles"):
             match.step(cycles=wrong)

@@ -1,6 +1,7 @@
 """Learned policies: what is trained in Python plays without it, with the same outputs."""
 
 import json
+import pickle
 from pathlib import Path
 
 import gymnasium
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import naoisis
+from naoisis.self_play import SelfPlay
 
 SCORE = Path(__file__).parents[2] / "assets/policies/score_empty_goal.onnx"
 
@@ -82,28 +84,59 @@ def test_a_module_of_torch_plays_as_it_was_trained(tmp_path, action):
     assert not [event for event in match.truth()["events"] if event["type"] == "agent_lost"]
 
 
-def test_a_recurrent_module_keeps_its_state(tmp_path):
-    torch = torch_with_onnx()
-    env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
-    observation, _ = env.reset(seed=1)
+STATE = {"hidden": (1, 8)}
+
+
+def recurrent(torch, length):
+    """Returns a policy of discrete actions with a memory."""
 
     class Recurrent(torch.nn.Module):
         def __init__(self):
             super().__init__()
-            self.cell, self.out = torch.nn.GRUCell(len(observation), 8), torch.nn.Linear(8, 13)
+            self.cell, self.out = torch.nn.GRUCell(length, 8), torch.nn.Linear(8, 13)
 
         def forward(self, observed, hidden):
             hidden = self.cell(observed, hidden)
             return self.out(hidden), hidden
 
     torch.manual_seed(1)
-    policy = naoisis.export_policy(Recurrent(), tmp_path / "policy.onnx", env, state={"hidden": (1, 8)})
+    return Recurrent()
+
+
+def test_a_recurrent_module_keeps_its_state(tmp_path):
+    torch = torch_with_onnx()
+    env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief", action="discrete")
+    observation, _ = env.reset(seed=1)
+
+    policy = naoisis.export_policy(recurrent(torch, len(observation)), tmp_path / "policy.onnx", env, state=STATE)
     first, second = policy.scores(observation), policy.scores(observation)
     assert not np.array_equal(first, second)
     policy.reset()
     assert np.array_equal(policy.scores(observation), first)
     with pytest.raises(ValueError, match="2 rows after 1"):
         policy.scores(np.stack([observation, observation]))
+
+
+def test_a_pool_keeps_the_memory_of_each_robot(tmp_path, monkeypatch):
+    torch = torch_with_onnx()
+    envs = SelfPlay("TwoOnTwo", 3, observation="belief", action="discrete")
+    module, path = recurrent(torch, len(envs.observation_names)), tmp_path / "policy.onnx"
+    policy = naoisis.export_policy(module, path, envs.envs, state=STATE)
+    envs.add(pickle.loads(pickle.dumps(policy)))
+    envs.reset(seed=3)
+    envs.drawn[:] = [1, 0, 1]
+    step, played = envs.envs.step, []
+    monkeypatch.setattr(envs.envs, "step", lambda actions: played.append(actions) or step(actions))
+    # The pink robots of the first and of the last world, each alone.
+    alone = {row: naoisis.Policy(path) for row in (2, 3, 10, 11)}
+    for turn in range(6):
+        if turn == 3:
+            # Fewer robots than before.
+            envs.drawn[2] = 0
+            del alone[10], alone[11]
+        expected = {row: of_robot(envs._seen[row]) for row, of_robot in alone.items()}
+        envs.step(np.zeros(6, int))
+        assert {row: played[-1][row] for row in alone} == expected
 
 
 def test_what_cannot_be_exported_is_refused(tmp_path):

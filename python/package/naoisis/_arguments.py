@@ -51,6 +51,13 @@ def seconds_of(seconds: Any, name: str) -> float:
     return number
 
 
+def text_of(text: Any, name: str) -> str:
+    """A text."""
+    if isinstance(text, str):
+        return text
+    raise TypeError(f"{name}: expected a text, not {text!r}")
+
+
 def word_of(word: Any, name: str) -> str | None:
     """A word, or None."""
     if word is None or isinstance(word, str):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from naoisis import _naoisis
-from naoisis._arguments import Scenario, control_of, count_of, match_of, seconds_of
+from naoisis._arguments import Scenario, control_of, count_of, match_of, seconds_of, text_of, word_of
 from naoisis._pages import frame_of
 from naoisis._pictures import png
 from naoisis.errors import MatchError
@@ -117,7 +117,7 @@ class Match:
         """
         if seconds is None:
             return self._match.play(2**63)
-        return self._match.play(round(seconds_of(seconds, "seconds") / self._match.cycle_s))
+        return self._match.play(round(min(seconds_of(seconds, "seconds") / self._match.cycle_s, 2.0**63)))
 
     @property
     def cycle(self) -> int:
@@ -187,11 +187,11 @@ class Match:
 
         In a match with controlled robots it is of the cycle that the next :meth:`step` plays, otherwise of the last one.
         """
-        return self._match.perception(robot)
+        return self._match.perception(text_of(robot, "robot"))
 
     def belief(self, robot: str) -> dict[str, Any] | None:
         """The belief of a robot, in the frame of its team; None for a robot without beliefs."""
-        return self._match.belief(robot)
+        return self._match.belief(text_of(robot, "robot"))
 
     def image(self, robot: str, camera: str | None = None) -> np.ndarray:
         """The image of a robot's camera [default: its first]: ``uint8``, rows from the top, columns, and red, green and blue.
@@ -199,21 +199,21 @@ class Match:
         Cameras have the names of the robot's model, for example ``top`` and ``bottom`` for a NAO.
         It is the newest image that the match rendered for the robot; if the match renders none, it is rendered now.
         """
-        return self._match.image(robot, camera)
+        return self._match.image(text_of(robot, "robot"), word_of(camera, "camera"))
 
     def labels(self, robot: str, camera: str | None = None) -> np.ndarray:
         """The class of each pixel of a robot's camera [default: its first]: ``uint8``; the numbers of :data:`naoisis.LABELS`.
 
         With ``cameras.labels`` in the scenario they belong to the image of :meth:`image`, else they are rendered now.
         """
-        return self._match.labels(robot, camera)
+        return self._match.labels(text_of(robot, "robot"), word_of(camera, "camera"))
 
     def depth(self, robot: str, camera: str | None = None) -> np.ndarray:
         """The depth of each pixel along the axis of a robot's camera [default: its first], m: ``float32``; 0 is the sky.
 
         With ``cameras.depth`` in the scenario it belongs to the image of :meth:`image`, else it is rendered now.
         """
-        return self._match.depth(robot, camera)
+        return self._match.depth(text_of(robot, "robot"), word_of(camera, "camera"))
 
     def field_image(self, width: int = 960, height: int = 540) -> np.ndarray:
         """The whole field from above one side line: ``uint8`` (height, width, 3)."""
@@ -228,7 +228,7 @@ class Match:
         html: str | os.PathLike[str] | None = None,
         mcap: str | os.PathLike[str] | None = None,
     ) -> None:
-        """Records the match from now on, until :meth:`close`, which must be called.
+        """Records the match from now on, until :meth:`close`, which must be called. Existing files are replaced.
 
         Args:
             trace: One line of JSON per cycle, ``.jsonl``; compressed as ``.jsonl.zst``.

@@ -31,7 +31,7 @@ class Policy:
     >>> policy = naoisis.Policy("score.onnx")
     >>> action = policy(observation)                 # of one robot, or of several, one row each
 
-    It can be an opponent in :meth:`naoisis.self_play.SelfPlay.add`. Like all of naoisis, it computes the same numbers on every machine.
+    It can be an opponent in :meth:`naoisis.self_play.SelfPlay.add`, which keeps the recurrent state of each robot. Like all of naoisis, it computes the same numbers on every machine.
 
     Args:
         path: The ONNX file. Its layout, ``score.json``, is beside it.
@@ -42,10 +42,18 @@ class Policy:
     """
 
     def __init__(self, path: str | os.PathLike[str], seed: int = 0):
+        self._path = os.fspath(path)
         self._inner = _naoisis.Policy(path)
         self._random = np.random.default_rng(seed)
         self._states: list[list[list[float]]] = []
         self.layout = self._inner.layout()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_inner"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._inner = _naoisis.Policy(self._path)
 
     def reset(self) -> None:
         """Sets the recurrent state to zero, as at the start of an episode."""
@@ -69,14 +77,28 @@ class Policy:
             )
         if len(states) != len(rows):
             states = [[] for _ in rows]
-        answers = [self._inner.outputs(np.ascontiguousarray(row), state) for row, state in zip(rows, states)]
-        self._states = [state for _, state in answers]
-        outputs = np.stack([outputs for outputs, _ in answers])
+        outputs, self._states = self._outputs(rows, states)
         return outputs if observed.ndim == 2 else outputs[0]
+
+    def _outputs(self, rows: np.ndarray, states: list[list[list[float]]]) -> tuple[np.ndarray, list[list[list[float]]]]:
+        answers = [self._inner.outputs(np.ascontiguousarray(row), state) for row, state in zip(rows, states)]
+        return np.stack([outputs for outputs, _ in answers]), [state for _, state in answers]
 
     def __call__(self, observation: Any) -> np.ndarray:
         """The action for an observation, or one for each row of observations, as the environments take them."""
-        scores = self.scores(observation)
+        return self._actions(self.scores(observation))
+
+    def act(self, observations: Any, states: list[list[list[float]]]) -> tuple[np.ndarray, list[list[list[float]]]]:
+        """Returns the actions of several robots, and their recurrent states after them.
+
+        Args:
+            observations: One row for each robot.
+            states: The state of each robot after its last action; empty at the start of an episode, and for policies without a state.
+        """
+        outputs, states = self._outputs(np.asarray(observations, np.float32), states)
+        return self._actions(outputs), states
+
+    def _actions(self, scores: np.ndarray) -> np.ndarray:
         counts, numbers, length = self._inner.choices(), self._inner.numbers(), scores.shape[-1]
         if length not in (numbers, sum(counts)):
             expected = f"{sum(counts)} scores, or {numbers} choices" if counts else f"{numbers} numbers"

@@ -87,6 +87,8 @@ class Worlds:
         for name, word in (("observation", observation), ("action", action), ("camera", camera)):
             if not isinstance(word, str) and not (name == "camera" and word is None):
                 raise TypeError(f"{name}: expected a text, not {word!r}")
+        count = count_of(worlds, "num_envs", most=1_000_000)
+        _check_memory(count)
         self.inner = _naoisis.Environments(
             made,
             {
@@ -100,7 +102,7 @@ class Worlds:
                 "cycles_per_step": None if cycles is None else count_of(cycles, "cycles_per_step"),
                 "reward": None if callable(reward) else _weights(reward),
                 "own_reward": callable(reward),
-                "worlds": count_of(worlds, "num_envs", most=1_000_000),
+                "worlds": count,
                 "auto_reset": auto_reset,
                 "threads": os.cpu_count() or 1 if threads is None else count_of(threads, "threads", most=1024),
             },
@@ -291,7 +293,43 @@ def _weights(reward: Mapping[str, float] | None) -> dict[str, float] | None:
     if not isinstance(reward, Mapping):
         names = ", ".join(name for name, _ in _naoisis.Environments.rewards())
         raise TypeError(f"reward: expected a dictionary of {names} and their weights, not {reward!r}")
-    return {name: float(weight) for name, weight in reward.items()}
+    weights = {}
+    for name, weight in reward.items():
+        try:
+            weights[name] = float(weight)
+        except (TypeError, ValueError):
+            raise TypeError(f"reward: expected a number for {name}, not {weight!r}") from None
+    return weights
+
+
+# Memory of a world, MB: less than that of the smallest task.
+_LEAST_WORLD_MB = 0.5
+
+
+def _check_memory(worlds: int) -> None:
+    """Raises a MemoryError if so many worlds cannot fit in memory. A failed allocation would end the whole interpreter."""
+    needed, available = _LEAST_WORLD_MB * worlds, _available_mb()
+    if available is not None and needed > available:
+        raise MemoryError(
+            f"num_envs: {worlds:,} worlds need more than {needed / 1000:,.1f} GB; {available / 1000:,.1f} GB are available"
+        )
+
+
+def _available_mb() -> float | None:
+    """Returns the memory that this process can still allocate, MB; None on systems without ``/proc``."""
+    try:
+        with open("/proc/meminfo") as file:
+            available = next(int(line.split()[1]) / 1000 for line in file if line.startswith("MemAvailable:"))
+        import resource
+
+        most = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if most != resource.RLIM_INFINITY:
+            with open("/proc/self/statm") as file:
+                used = int(file.read().split()[0]) * resource.getpagesize()
+            available = min(available, max(0, most - used) / 1e6)
+    except (OSError, StopIteration, ValueError, ImportError):
+        return None
+    return available
 
 
 def agent_name(robot: str) -> str:

@@ -17,6 +17,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space, create_empty_array
 
 from naoisis._arguments import Scenario
+from naoisis._policies import Policy as LearnedPolicy
 from naoisis.environments import VectorEnv
 from naoisis.errors import MatchError
 
@@ -90,9 +91,15 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         self._random = np.random.default_rng(seed)
         self.drawn = np.zeros(self.num_worlds, int)
         self._seen: Any = None
+        # The recurrent state of each robot that a learned policy plays.
+        self._states: list[Any] = [[] for _ in self._world]
 
     def add(self, policy: Policy) -> None:
-        """Adds a policy to the pool. It is called with the observations of some robots, and returns their actions."""
+        """Adds a policy to the pool. It is called with the observations of some robots, and returns their actions.
+
+        The robots differ from step to step, so a policy with a memory has to be a :class:`naoisis.Policy`: the memory of each of its robots
+        is kept until its episode ends.
+        """
         if not callable(policy):
             raise TypeError(f"policy: expected a function of observations, not {policy!r}")
         self.pool.append(policy)
@@ -115,7 +122,7 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         for number in np.unique(self.drawn):
             rows = ~self._learns & (self.drawn[self._world] == number)
             if rows.any():
-                _put(everybody, rows, self.pool[number](self._rows(self._seen, rows)), f"policy {number} of the pool")
+                _put(everybody, rows, self._answer(self.pool[number], rows), f"policy {number} of the pool")
         self._seen, rewards, terminations, truncations, info = self.envs.step(everybody)
         over = (terminations | truncations).reshape(self.num_worlds, -1)[:, 0]
         self._draw(over)
@@ -126,8 +133,20 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         """Pictures of the fields of the first worlds."""
         return self.envs.render()
 
+    def _answer(self, policy: Policy, rows: np.ndarray) -> Any:
+        observations = self._rows(self._seen, rows)
+        if not isinstance(policy, LearnedPolicy):
+            return policy(observations)
+        robots = np.flatnonzero(rows)
+        actions, states = policy.act(observations, [self._states[robot] for robot in robots])
+        for robot, state in zip(robots, states):
+            self._states[robot] = state
+        return actions
+
     def _draw(self, worlds: np.ndarray) -> None:
         self.drawn[worlds] = self._random.integers(len(self.pool), size=int(worlds.sum()))
+        for robot in np.flatnonzero(worlds[self._world]):
+            self._states[robot] = []
 
     def _stand(self, observations: Any) -> np.ndarray:
         return self._no_actions(len(observations["body"] if isinstance(observations, dict) else observations))
