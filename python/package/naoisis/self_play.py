@@ -109,9 +109,8 @@ class SelfPlay(gymnasium.vector.VectorEnv):
             self._random = np.random.default_rng(seed)
         self._seen, info = self.envs.reset(seed=seed, options=options)
         mask = (options or {}).get("reset_mask")
-        self._draw(
-            np.ones(self.num_worlds, bool) if mask is None else np.asarray(mask).reshape(self.num_worlds, -1).any(1)
-        )
+        every = np.ones(self.num_worlds, bool)
+        self._draw(every if mask is None else every & np.any(np.reshape(mask, (self.num_worlds, -1)), axis=1))
         return self._rows(self._seen, self._learns), info
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:

@@ -3,11 +3,12 @@
 //! Each cycle is sampled when it is played. When the past is shown, the seconds before it are read from the records.
 //! Used by plots, trails and others that show several cycles.
 
+use bevy::app::RunFixedMainLoopSystems;
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use super::timeline::Timeline;
+use super::timeline::{Timeline, TimelineSystems};
 use naoisis_core::cycle::{Cycle, CycleClock};
 use naoisis_core::geometry::Pose;
 use naoisis_core::robot::head::HeadAngles;
@@ -37,7 +38,11 @@ impl Plugin for CycleSamplesPlugin {
         app.init_resource::<CycleSamples>()
             .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
             .add_systems(First, reset.run_if(resource_exists_and_changed::<Scenario>))
-            .add_systems(PreUpdate, note_past);
+            // The moment that is played now, not the one of the frame before.
+            .add_systems(
+                RunFixedMainLoop,
+                note_past.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop).after(TimelineSystems),
+            );
     }
 }
 
@@ -209,6 +214,11 @@ impl RobotSample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::drive::DrivePlugin;
+    use crate::viewer::event_log::EventLogPlugin;
+    use crate::viewer::shared::Playback;
+    use crate::viewer::timeline::TimelineCommand;
+    use bevy::time::TimeUpdateStrategy;
     use naoisis_core::game::PenaltyReason;
     use naoisis_core::team::Team;
     use naoisis_record::record::RecordPlugin;
@@ -216,6 +226,26 @@ mod tests {
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+
+    #[test]
+    fn a_past_cycle_is_known_in_the_frame_that_shows_it() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, CycleSamplesPlugin));
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(40)));
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        while app.cycle() < 60 {
+            app.update();
+        }
+        *app.world_mut().resource_mut::<CycleSamples>() = CycleSamples::default();
+        app.world_mut().write_message(TimelineCommand::GoTo(20));
+        for _ in 0..15 {
+            app.update();
+            app.world_mut().resource_mut::<Playback>().paused = false;
+            let samples = app.world().resource::<CycleSamples>();
+            assert!(samples.robot(app.cycle(), BLUE).is_some(), "cycle {}", app.cycle());
+        }
+        assert!((25..60).contains(&app.cycle()), "it played: cycle {}", app.cycle());
+    }
 
     #[test]
     fn a_cycle_is_noted_with_what_the_behaviour_wanted_in_it() {

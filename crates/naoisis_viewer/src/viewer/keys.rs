@@ -378,6 +378,7 @@ fn carry_out(
             }
             // Esc closes first what lies over the match.
             Action::Select(SelectionCommand::Nobody) if display.help => display.help = false,
+            Action::Select(SelectionCommand::Nobody) if display.summary => display.summary = false,
             Action::Select(choice) => {
                 choices.write(choice);
             }

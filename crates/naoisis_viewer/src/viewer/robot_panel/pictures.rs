@@ -11,13 +11,14 @@ use crate::viewer::camera::robot_view::image_in;
 use crate::viewer::camera::{ViewerCamera, mount_of};
 use crate::viewer::camera_images::{ShownImages, Watched};
 use crate::viewer::display_settings::DisplaySettings;
-use crate::viewer::layout::FreeArea;
+use crate::viewer::layout::{self, FreeArea};
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
 use crate::viewer::palette;
 use crate::viewer::shared::Selection;
-use crate::viewer::theme::text_size;
+use crate::viewer::theme::{card, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::camera_model::CameraName;
+use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::sensing::camera::CameraSettings;
@@ -79,15 +80,24 @@ pub(super) fn draw_in_window(
     selection: Res<Selection>,
     overlays: Res<Overlays>,
     roster: Res<Roster>,
-    robots: Query<(&Percepts, &CameraSettings)>,
+    robots: Query<(&Percepts, &CameraSettings, &Penalty)>,
     (window, free, display): (Single<&Window>, Res<FreeArea>, Res<DisplaySettings>),
 ) -> Result {
     let Some((id, side)) = camera.robot_camera(&selection) else { return Ok(()) };
-    let Some((percepts, settings)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
+    let Some((percepts, settings, penalty)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else {
+        return Ok(());
+    };
+    let context = contexts.ctx_mut()?;
+    if penalty.is_off_pitch() {
+        // The view is that from where it stood before.
+        layout::floating(context, "off the pitch", Align2::CENTER_CENTER).show(context, |ui| {
+            card(ui).show(ui, |ui| ui.label(format!("{id} is off the pitch: its cameras see nothing")));
+        });
+        return Ok(());
+    }
     if !overlays.shows(Overlay::Percepts, id, &selection, display.workspace) {
         return Ok(());
     }
-    let context = contexts.ctx_mut()?;
     let mount = mount_of(settings, side);
     let Some(mount) = mount else { return Ok(()) };
     let (side, intrinsics) = (mount.name, settings.intrinsics(mount));

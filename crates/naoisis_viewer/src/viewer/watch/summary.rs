@@ -84,7 +84,7 @@ impl FinalSummary {
     /// The share of the match that has been read for it, in words.
     fn progress(&self) -> String {
         let share = |read: &Reading| 100.0 * read.done.load(Ordering::Relaxed) as f64 / read.last.max(1) as f64;
-        self.read.as_ref().map_or_else(String::new, |read| format!(" {:.0} %", share(read)))
+        self.read.as_ref().map_or_else(String::new, |read| format!(" {:.0}\u{a0}%", share(read)))
     }
 
     /// Returns whether it is on the screen.
