@@ -109,6 +109,8 @@ pub struct LogEntry {
     pub evidence: Option<Evidence>,
     /// The kind.
     pub kind: LogKind,
+    /// Whether it is the end of a fall or of a penalty.
+    pub is_recovery: bool,
 }
 
 impl LogEntry {
@@ -162,6 +164,7 @@ impl EventLog {
                 place: place.or(evidence.map(|evidence| evidence.position_m)),
                 evidence: evidence.cloned(),
                 kind: LogKind::of(event),
+                is_recovery: matches!(event, MatchEvent::GotUp { .. } | MatchEvent::PenaltyOver { .. }),
             });
         }
         let surplus = self.entries.len().saturating_sub(LONGEST);

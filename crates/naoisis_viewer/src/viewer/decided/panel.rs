@@ -146,7 +146,9 @@ fn show_head(
         }
     });
     let share = progress.played as f32 / progress.all.max(1) as f32;
-    let words = format!("{} of {} moments", progress.played, progress.all);
+    let is_stopped = !is_wanted && (1..progress.all).contains(&progress.played);
+    let stopped = if is_stopped { "Stopped: " } else { "" };
+    let words = format!("{stopped}{} of {} moments", progress.played, progress.all);
     ui.add(ProgressBar::new(share).desired_height(16.0).text(RichText::new(words).size(text_size::SMALL)));
 }
 

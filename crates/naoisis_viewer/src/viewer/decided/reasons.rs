@@ -21,7 +21,7 @@ pub(super) fn reasons<'a>(
     let is_then = |entry: &&LogEntry| (swing.from_s..=swing.until_s).contains(&entry.time_s);
     let kicks: Vec<&LogEntry> = log.iter().filter(|entry| entry.kind == LogKind::Kick).filter(is_then).collect();
     let is_of_loser = |entry: &&LogEntry| entry.robot.is_some_and(|robot| robot.team != swing.team);
-    let has_failed = |entry: &&LogEntry| matches!(entry.kind, LogKind::Fall | LogKind::Penalty);
+    let has_failed = |entry: &&LogEntry| matches!(entry.kind, LogKind::Fall | LogKind::Penalty) && !entry.is_recovery;
     let failures: Vec<&LogEntry> = log.iter().filter(has_failed).filter(is_of_loser).filter(is_then).collect();
     let mut reasons = [last(&mistakes), last(&kicks), last(&failures)].concat();
     reasons.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
@@ -71,6 +71,7 @@ mod tests {
             entry(12.0, LogKind::Kick),
             fall(12.5, Team::Blue),
             fall(13.0, Team::Pink),
+            LogEntry { is_recovery: true, ..fall(14.5, Team::Pink) },
             fall(15.5, Team::Pink),
         ];
         let of = |times: usize| {
