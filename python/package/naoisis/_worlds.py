@@ -297,8 +297,8 @@ def _weights(reward: Mapping[str, float] | None) -> dict[str, float] | None:
     for name, weight in reward.items():
         try:
             weights[name] = float(weight)
-        except (TypeError, ValueError):
-            raise TypeError(f"reward: expected a number for {name}, not {weight!r}") from None
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"reward: expected a number for {name}, not {weight!r}") from None
     return weights
 
 

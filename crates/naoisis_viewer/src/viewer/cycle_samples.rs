@@ -216,8 +216,7 @@ mod tests {
     use super::*;
     use crate::viewer::drive::DrivePlugin;
     use crate::viewer::event_log::EventLogPlugin;
-    use crate::viewer::shared::Playback;
-    use crate::viewer::timeline::TimelineCommand;
+    use crate::viewer::shared::{Playback, TimelineCommand};
     use bevy::time::TimeUpdateStrategy;
     use naoisis_core::game::PenaltyReason;
     use naoisis_core::team::Team;
