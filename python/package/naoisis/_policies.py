@@ -31,7 +31,8 @@ class Policy:
     >>> policy = naoisis.Policy("score.onnx")
     >>> action = policy(observation)                 # of one robot, or of several, one row each
 
-    It can be an opponent in :meth:`naoisis.self_play.SelfPlay.add`, which keeps the recurrent state of each robot. Like all of naoisis, it computes the same numbers on every machine.
+    It can be an opponent in :meth:`naoisis.self_play.SelfPlay.add`, which keeps the recurrent state of each
+    robot. Like all of naoisis, it computes the same numbers on every machine.
 
     Args:
         path: The ONNX file. Its layout, ``score.json``, is beside it.

@@ -293,7 +293,6 @@ mod tests {
     use crate::environment::observation::ball_of;
     use crate::environment::player::ChallengePlayer;
     use crate::environment::{Challenge, attempts};
-    use naoisis_core::ball::{Ball, BallVelocity};
     use naoisis_core::robot::head::{HeadAngles, HeadLimits};
     use naoisis_core::team::Team;
     use naoisis_sim::scenario::Realism;
@@ -305,36 +304,33 @@ mod tests {
         app
     }
 
-    /// Plays 60 steps of two robots against a goalkeeper and a chaser; returns whether the first robot saw anything, and where all are.
-    fn played(observation: ObservationKind, action: ActionKind, choices: &[f32]) -> (bool, Vec<(Pose, f32)>) {
+    /// Plays 60 steps of two robots against a goalkeeper and a chaser. Returns whether the first robot saw anything, and all poses at the end,
+    /// the ball's last.
+    fn played(observation: ObservationKind) -> (bool, Vec<Pose>) {
         let challenge = Challenge::named("TwoOnTwo").unwrap().with(Realism::Realistic, None).unwrap();
         let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
-        let settings =
-            EnvironmentSettings { observation, action, blind: observation == ObservationKind::Truth, ..settings };
+        let settings = EnvironmentSettings { observation, blind: observation == ObservationKind::Truth, ..settings };
         let mut episode = Episode::new(attempts::world(simulator), 3);
         episode.begin(&settings).unwrap();
         let robot = |world: &World, id| world.resource::<Roster>().get(id).unwrap();
+        let actions = [0.7, 0.1, 0.2, 0.0, 0.3, 0.0, 0.0, 0.0].repeat(2);
         let mut has_seen = false;
         for _ in 0..60 {
-            episode.step(&settings, choices, &mut [0.0, 0.0]);
+            episode.step(&settings, &actions, &mut [0.0, 0.0]);
             let first = robot(&episode.world, settings.control[0]);
             has_seen |= !episode.world.get::<Percepts>(first).unwrap().landmarks.is_empty();
         }
         let keeper = robot(&episode.world, RobotId::new(Team::Pink, 1));
         assert!(!episode.world.entity(keeper).contains::<SensesNothing>(), "opponents sense");
         let roster = episode.world.resource::<Roster>();
-        let poses =
-            roster.iter().map(|(_, robot)| (*episode.world.get::<Pose>(robot).unwrap(), 0.0)).collect::<Vec<_>>();
-        let mut balls = episode.world.query_filtered::<(&Pose, &BallVelocity), With<Ball>>();
-        let ball = balls.iter(&episode.world).map(|(pose, velocity)| (*pose, velocity.0.length()));
-        (has_seen, poses.into_iter().chain(ball.collect::<Vec<_>>()).collect())
+        let robots = roster.iter().map(|(_, robot)| *episode.world.get::<Pose>(robot).unwrap());
+        let (ball, _) = ball_of(&episode.world).unwrap();
+        (has_seen, robots.chain([Pose::new(ball.x, ball.y, 0.0)]).collect())
     }
 
     #[test]
     fn robots_whose_truth_is_observed_sense_nothing_and_the_match_is_the_same() {
-        let ahead = [0.7, 0.1, 0.2, 0.0, 0.3, 0.0, 0.0, 0.0].repeat(2);
-        let [perception, truth] = [ObservationKind::Perception, ObservationKind::Truth]
-            .map(|observation| played(observation, ActionKind::Continuous, &ahead));
+        let [perception, truth] = [ObservationKind::Perception, ObservationKind::Truth].map(played);
         assert_eq!((perception.0, truth.0), (true, false));
         assert_eq!(perception.1, truth.1);
     }
