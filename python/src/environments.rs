@@ -4,16 +4,19 @@ use bevy::ecs::world::World;
 use naoisis::camera_model::{CameraName, NotACameraName};
 use naoisis::cycle::CycleClock;
 use naoisis::environment::challenge::CHALLENGES;
+use naoisis::environment::counts::BeginCounter;
 use naoisis::environment::reward::REWARDS;
 use naoisis::environment::{
-    self, ActionKind, Arrays, AutoReset, Challenge, EnvironmentError, EnvironmentSettings, ObservationKind,
-    RewardWeights, SavedWorld, StartError, action,
+    self, ActionKind, ActionSpace, Arrays, AutoReset, Challenge, EnvironmentError, EnvironmentSettings, Extras,
+    ObservationEntry, ObservationForm, ObservationKind, RewardWeights, SavedWorld, StartError, action, action_space,
 };
 use naoisis::interface::gather::{CurrentRecord, gather_start};
+use naoisis::record::match_counts::begin_episode;
 use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
-use naoisis::scenario::{ScenarioSource, Setting};
+use naoisis::scenario::{Realism, ScenarioFile, ScenarioSource, Setting};
 use naoisis::sensing::camera::CameraRendering;
 use naoisis::simulation::Snapshot;
+use naoisis::team::RobotId;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -23,7 +26,7 @@ use std::sync::{Arc, Mutex, TryLockError};
 
 use crate::errors::{match_error, of_snapshot, scenario_error, snapshot_error};
 use crate::simulator::{self, Made, setting};
-use crate::starts::{Changes, Origin, scenario_of};
+use crate::starts::{Changes, DrawnField, Origin, Starts, draws_of, scenario_of};
 use crate::steps::{Filled, slice, step, written};
 use crate::values::{Digits, from_python, to_python};
 
@@ -50,6 +53,7 @@ pub struct Environments {
     rows: usize,
     count: usize,
     entries: usize,
+    states: usize,
 }
 
 /// How an environment is: a dictionary with these keys.
@@ -66,6 +70,13 @@ pub struct Shape<'py> {
     action: String,
     cycles_per_step: Option<u32>,
     reward: Option<Bound<'py, PyDict>>,
+    /// Other levels of realism than the first, one of which is drawn for each episode.
+    realisms: Vec<String>,
+    /// The fields of the scenario that are drawn for each episode.
+    draws: Vec<DrawnField<'py>>,
+    extras: ShapeExtras,
+    /// Whether episodes are counted.
+    statistics: bool,
     /// Whether a function of the truth, with what robots perceive, is the reward.
     own_reward: bool,
     worlds: usize,
@@ -73,10 +84,94 @@ pub struct Shape<'py> {
     threads: usize,
 }
 
+/// What is observed besides, and what robots can say: a dictionary with these keys.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct ShapeExtras {
+    set_plays: bool,
+    messages: bool,
+    tracked: bool,
+    words: u8,
+}
+
+impl From<&ShapeExtras> for Extras {
+    fn from(extras: &ShapeExtras) -> Self {
+        let &ShapeExtras { set_plays, messages, tracked, words } = extras;
+        Self { set_plays, messages, tracked, words }
+    }
+}
+
 /// A word out of a list of them.
 fn word<T: DeserializeOwned>(word: &str, name: &str, expected: &str) -> PyResult<T> {
     serde_json::from_value(word.into())
         .map_err(|_| PyValueError::new_err(format!("{name}: there is no {word:?}; expected {expected}")))
+}
+
+/// The kind of the numbers that are observed.
+fn observed_kind(shape: &Shape<'_>) -> PyResult<ObservationKind> {
+    match shape.observation.as_str() {
+        "image" => Ok(ObservationKind::Body),
+        other => word(other, "observation", "'perception', 'belief', 'truth' or 'image'"),
+    }
+}
+
+fn auto_reset_of(word: &str) -> PyResult<AutoReset> {
+    match word {
+        "next_step" => Ok(AutoReset::NextStep),
+        "same_step" => Ok(AutoReset::SameStep),
+        "disabled" => Ok(AutoReset::Disabled),
+        other => {
+            let message = format!("autoreset_mode: there is no {other:?}; expected next_step, same_step or disabled");
+            Err(PyValueError::new_err(message))
+        }
+    }
+}
+
+/// The camera whose images are observed.
+fn camera_of(shape: &Shape<'_>, file: &ScenarioFile) -> PyResult<CameraName> {
+    let mounts = file.scenario.settings.cameras.mounts;
+    let Some(word) = &shape.camera else {
+        let none = || PyValueError::new_err("observation: a robot without a camera has no image");
+        return mounts.names().next().ok_or_else(none);
+    };
+    let name: CameraName =
+        word.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
+    if mounts.get(name).is_none() {
+        let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
+        let message = format!("camera: there is no '{name}'; expected {}", names.join(" or "));
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(name)
+}
+
+/// A scenario with the images of a camera, of so many pixels in height and width.
+fn with_images(py: Python<'_>, file: ScenarioFile, camera: CameraName, size: [u32; 2]) -> PyResult<ScenarioFile> {
+    let [height, width] = size;
+    let which = serde_json::to_string(&camera).unwrap_or_default();
+    let values = [("width", width.to_string()), ("height", height.to_string()), ("which", which)];
+    let mut settings: Vec<Setting> =
+        values.iter().map(|(field, value)| setting(&format!("cameras.{field}"), value)).collect::<PyResult<_>>()?;
+    if !matches!(file.scenario.settings.cameras.render, CameraRendering::Gpu) {
+        settings.push(setting("cameras.render", "\"software\"")?);
+    }
+    file.with(&settings).map_err(|error| scenario_error(py, &error))
+}
+
+/// The entries of the observation of the robot `id` at each level of realism, as the environment or a reset may set it.
+fn ranges_of_levels(py: Python<'_>, made: &Made<'_>, origin: &Origin, id: RobotId) -> Vec<Vec<ObservationEntry>> {
+    let levels = [Realism::Paper, Realism::Ideal, Realism::Realistic];
+    // A task has another robot at some levels, and a reset can set another level for each of them.
+    let mut files: Vec<ScenarioFile> =
+        levels.iter().filter_map(|level| Some(scenario_of(py, made, Some(level.name())).ok()?.0)).collect();
+    files.push(origin.file().clone());
+    let files = files.iter().flat_map(|file| levels.iter().filter_map(|level| at_level(file, *level)));
+    files.filter_map(|file| origin.entries(py, &file, id).ok()).collect()
+}
+
+/// A scenario at another level of realism; `None` if it is not valid there.
+fn at_level(file: &ScenarioFile, level: Realism) -> Option<ScenarioFile> {
+    let realism = setting("realism", &format!("\"{}\"", level.name())).ok()?;
+    file.with(&[realism]).ok()
 }
 
 fn environment_error(py: Python<'_>, source: &ScenarioSource, error: &EnvironmentError) -> PyErr {
@@ -116,6 +211,7 @@ impl Environments {
         let image_bytes = self.image.map_or(0, |[height, width]| 3 * (height * width) as usize);
         let has_final = arrays.final_observations.len()? > 0;
         let final_rows = if has_final { self.rows } else { 0 };
+        let state_numbers = if arrays.final_states.len()? > 0 { self.count * self.states } else { 0 };
         let mut observations = written(&arrays.observations, "observations")?;
         let mut images = written(&arrays.images, "images")?;
         let mut rewards = written(&arrays.rewards, "rewards")?;
@@ -124,6 +220,7 @@ impl Environments {
         let mut successes = written(&arrays.successes, "successes")?;
         let mut final_observations = written(&arrays.final_observations, "final_observations")?;
         let mut final_images = written(&arrays.final_images, "final_images")?;
+        let mut final_states = written(&arrays.final_states, "final_states")?;
         let arrays = Arrays {
             observations: slice(&mut observations, "observations", self.rows * self.entries)?,
             images: slice(&mut images, "images", self.rows * image_bytes)?,
@@ -133,6 +230,7 @@ impl Environments {
             successes: slice(&mut successes, "successes", self.rows)?,
             final_observations: slice(&mut final_observations, "final_observations", final_rows * self.entries)?,
             final_images: slice(&mut final_images, "final_images", final_rows * image_bytes)?,
+            final_states: slice(&mut final_states, "final_states", state_numbers)?,
         };
         self.with(py, |worlds| act(py, worlds, arrays)?.map_err(|error| environment_error(py, &self.source, &error)))
     }
@@ -142,54 +240,21 @@ impl Environments {
 impl Environments {
     #[new]
     fn new(py: Python<'_>, made: Made<'_>, shape: Shape<'_>) -> PyResult<Self> {
-        let (mut file, challenge) = scenario_of(py, &made)?;
-        let expected = "'perception', 'belief', 'truth' or 'image'";
+        let (file, challenge) = scenario_of(py, &made, made.realism.as_deref())?;
         let sees_images = shape.observation == "image";
-        let observation: ObservationKind =
-            if sees_images { ObservationKind::Body } else { word(&shape.observation, "observation", expected)? };
+        let observation = observed_kind(&shape)?;
         let action: ActionKind =
             word(&shape.action, "action", "'continuous', 'multi_discrete', 'discrete' or 'velocities'")?;
-        let auto_reset = match shape.auto_reset.as_str() {
-            "next_step" => AutoReset::NextStep,
-            "same_step" => AutoReset::SameStep,
-            "disabled" => AutoReset::Disabled,
-            other => {
-                let message =
-                    format!("autoreset_mode: there is no {other:?}; expected next_step, same_step or disabled");
-                return Err(PyValueError::new_err(message));
-            }
-        };
-        let mounts = file.scenario.settings.cameras.mounts;
-        let camera = match &shape.camera {
-            Some(word) => {
-                let name: CameraName =
-                    word.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
-                if mounts.get(name).is_none() {
-                    let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
-                    let message = format!("camera: there is no '{name}'; expected {}", names.join(" or "));
-                    return Err(PyValueError::new_err(message));
-                }
-                Some(name)
-            }
-            None => mounts.names().next(),
-        };
+        ActionSpace::new(action, shape.extras.words)
+            .map_err(|error| PyValueError::new_err(format!("says: {error}")))?;
+        let auto_reset = auto_reset_of(&shape.auto_reset)?;
+        let camera = if sees_images || shape.camera.is_some() { Some(camera_of(&shape, &file)?) } else { None };
         let camera = camera.filter(|_| sees_images);
-        if sees_images && camera.is_none() {
-            return Err(PyValueError::new_err("observation: a robot without a camera has no image"));
-        }
-        if let Some(camera) = camera {
-            let [height, width] = shape.image_size;
-            let which = serde_json::to_string(&camera).unwrap_or_default();
-            let values = [("width", width.to_string()), ("height", height.to_string()), ("which", which)];
-            let mut settings: Vec<Setting> = values
-                .iter()
-                .map(|(field, value)| setting(&format!("cameras.{field}"), value))
-                .collect::<PyResult<_>>()?;
-            if !matches!(file.scenario.settings.cameras.render, CameraRendering::Gpu) {
-                settings.push(setting("cameras.render", "\"software\"")?);
-            }
-            file = file.with(&settings).map_err(|error| scenario_error(py, &error))?;
-        }
+        let prepared = |file: ScenarioFile| match camera {
+            Some(camera) => with_images(py, file, camera, shape.image_size),
+            None => Ok(file),
+        };
+        let file = prepared(file)?;
         let words = match (&shape.control, &challenge) {
             (Some(words), _) => words.clone(),
             (None, Some(challenge)) if shape.solo => vec![challenge.solo.to_string()],
@@ -198,8 +263,15 @@ impl Environments {
         };
         let situation = challenge.as_ref().map(|challenge| challenge.situation.clone()).unwrap_or_default();
         let source = file.source.clone();
-        let origin = Origin::new(py, file, &shape.others, words, situation)?;
-        let (start, control) = origin.start(py)?;
+        let mut levels = vec![file];
+        for realism in &shape.realisms {
+            levels.push(prepared(scenario_of(py, &made, Some(realism))?.0)?);
+        }
+        let extras = Extras::from(&shape.extras);
+        let form = ObservationForm { kind: observation, extras };
+        let draws = draws_of(&shape.draws)?;
+        let origin = Origin::new(py, levels, &shape.others, draws, words, situation, form)?;
+        let Starts { start, control, entries: ranges } = origin.start(py)?;
         if control.is_empty() || (shape.solo && control.len() > 1) {
             let expected =
                 if shape.solo { "one robot, such as 'blue2'" } else { "one robot at least, such as 'blue2'" };
@@ -216,25 +288,43 @@ impl Environments {
         let cycles = shape.cycles_per_step.or(challenge.as_ref().map(|challenge| challenge.cycles_per_step));
         let end = challenge.map(|challenge| challenge.end).unwrap_or_default();
         let reads_senses = end.ball_seen || end.believed_within_m.is_some() || shape.own_reward;
+        let first = control[0];
         let settings = EnvironmentSettings {
             start: Arc::new(start),
             control,
             end,
             observation,
+            extras,
             camera,
             blind: observation == ObservationKind::Truth && !reads_senses,
             action,
             cycles_per_step: cycles.unwrap_or(3),
             reward,
+            counter: shape.statistics.then_some(begin_episode as BeginCounter),
         };
         let (count, threads) = (shape.worlds, shape.threads);
-        let worlds = py
+        let mut worlds = py
             .detach(|| environment::Environments::new(settings.clone(), simulator::world, count, auto_reset, threads))
             .map_err(|error| start_error(py, &source, &error))?;
-        let (rows, entries) = (worlds.rows(), worlds.entries().len());
+        for entries in ranges_of_levels(py, &made, &origin, first) {
+            // A level at which it observes other things is not one that a reset can choose.
+            let _ = worlds.widen(&entries);
+        }
+        for entries in ranges {
+            if !worlds.widen(&entries) {
+                let count = worlds.entries().len();
+                let message = format!(
+                    "an episode has {} numbers to observe, or others than the {count} of the first; expected as many robots, with the same \
+                     cameras, in all of them",
+                    entries.len()
+                );
+                return Err(PyValueError::new_err(message));
+            }
+        }
+        let (rows, entries, states) = (worlds.rows(), worlds.entries().len(), worlds.state_entries().len());
         let image = sees_images.then_some(shape.image_size);
         let worlds = Mutex::new(worlds);
-        Ok(Self { worlds, origin, source, renderer: Mutex::default(), settings, image, rows, count, entries })
+        Ok(Self { worlds, origin, source, renderer: Mutex::default(), settings, image, rows, count, entries, states })
     }
 
     /// The controlled robots of each world.
@@ -260,19 +350,19 @@ impl Environments {
 
     /// The numbers that an agent observes: name, least and greatest value, and what it says.
     fn entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
-        let entries = |entry: &environment::ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
+        let entries = |entry: &ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
         self.with(py, |worlds| Ok(worlds.entries().iter().map(entries).collect()))
     }
 
     /// The numbers of a world's state.
     fn state_entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
-        let entries = |entry: &environment::ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
+        let entries = |entry: &ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
         self.with(py, |worlds| Ok(worlds.state_entries().iter().map(entries).collect()))
     }
 
     /// The names of an action's numbers, or of its choices, list by list.
     fn action_names(&self) -> Vec<Vec<&'static str>> {
-        self.settings.action.names()
+        self.settings.actions().names()
     }
 
     fn reset(
@@ -298,7 +388,7 @@ impl Environments {
     fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<()> {
         let actions =
             actions.as_slice().map_err(|_| PyValueError::new_err("actions: expected a contiguous array of float32"))?;
-        let expected = self.rows * self.settings.action.len();
+        let expected = self.rows * self.settings.actions().len();
         if actions.len() != expected {
             let message = format!("actions: the array has {} numbers; expected {expected}", actions.len());
             return Err(PyValueError::new_err(message));
@@ -332,6 +422,28 @@ impl Environments {
             }
             Ok(())
         })
+    }
+
+    /// What the episode of a world began from: seed, index of the scenario, and the values that were drawn.
+    fn origin<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyAny>> {
+        self.with(py, |worlds| match worlds.origin(world) {
+            Some(origin) => to_python(py, origin, Digits::All),
+            None => Err(PyIndexError::new_err(format!("there is no world {world}"))),
+        })
+    }
+
+    /// The origin of the episode of a world that ended in the last step, and the counts of both teams by name; None if it goes on.
+    fn ended<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Option<Ended<'py>>> {
+        self.with(py, |worlds| {
+            let Some(ended) = worlds.ended(world) else { return Ok(None) };
+            let counts = ended.counts.iter().map(|(name, counts)| (*name, counts.blue, counts.pink)).collect();
+            Ok(Some((to_python(py, &ended.origin, Digits::All)?, counts)))
+        })
+    }
+
+    /// For each choice of the next actions of all agents whether it has an effect: row by row, list by list.
+    fn action_masks<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        self.with(py, |worlds| Ok(PyArray1::from_vec(py, worlds.action_masks())))
     }
 
     /// What is true in each world, world by world.
@@ -391,7 +503,16 @@ impl Environments {
     fn continuous() -> Vec<(&'static str, &'static str)> {
         action::CONTINUOUS.to_vec()
     }
+
+    /// The numbers of a continuous action that say something, and what they mean.
+    #[staticmethod]
+    fn says() -> Vec<(&'static str, &'static str)> {
+        action_space::SAYS.to_vec()
+    }
 }
+
+/// The origin of an episode, and for each count its name and the numbers of blue and pink.
+type Ended<'py> = (Bound<'py, PyAny>, Vec<(&'static str, f64, f64)>);
 
 fn world_of(worlds: &mut environment::Environments, index: usize) -> PyResult<&mut World> {
     let count = worlds.worlds();

@@ -28,15 +28,16 @@ impl Policy {
 
     /// How many choices each list has; nothing for a continuous action.
     fn choices(&self) -> Vec<usize> {
-        match self.0.layout().action {
+        let space = self.0.layout().actions();
+        match space.kind() {
             ActionKind::Continuous => Vec::new(),
-            choices => choices.names().iter().map(Vec::len).collect(),
+            _ => space.names().iter().map(Vec::len).collect(),
         }
     }
 
     /// How many numbers an action has.
     fn numbers(&self) -> usize {
-        self.0.layout().action.len()
+        self.0.layout().actions().len()
     }
 
     /// Whether choices are drawn.

@@ -55,13 +55,18 @@ pub struct Made<'py> {
 impl Made<'_> {
     /// The scenario, with all that is to be otherwise.
     pub fn file(&self, py: Python<'_>) -> PyResult<ScenarioFile> {
-        self.changed(py, &self.unchanged(py)?)
+        self.file_at(py, self.realism.as_deref())
     }
 
-    /// A scenario with all that is to be otherwise.
-    pub fn changed(&self, py: Python<'_>, file: &ScenarioFile) -> PyResult<ScenarioFile> {
+    /// The scenario at a level of realism, with all else that is to be otherwise.
+    pub fn file_at(&self, py: Python<'_>, realism: Option<&str>) -> PyResult<ScenarioFile> {
+        self.changed(py, &self.unchanged(py)?, realism)
+    }
+
+    /// A scenario at a level of realism, with all else that is to be otherwise.
+    pub fn changed(&self, py: Python<'_>, file: &ScenarioFile, realism: Option<&str>) -> PyResult<ScenarioFile> {
         let mut settings = Vec::new();
-        if let Some(word) = &self.realism {
+        if let Some(word) = realism {
             settings.push(setting("realism", &format!("\"{word}\""))?);
         }
         for (path, value) in self.set.iter().flatten() {

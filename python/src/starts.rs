@@ -1,13 +1,15 @@
 //! What episodes start from: a scenario or a challenge, who is controlled in it, against whom, and what a reset changes of it.
 
 use naoisis::environment::challenge::{ChallengeError, Situation, SituationError};
-use naoisis::environment::{Challenge, Start};
+use naoisis::environment::{
+    Challenge, Draw, DrawnScenarios, DrawnValues, ObservationEntry, ObservationForm, Start, observation,
+};
 use naoisis::scenario::{Realism, Scenario, ScenarioFile, Setting};
 use naoisis::simulation::Snapshot;
 use naoisis::team::RobotId;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyList, PyString};
 
 use crate::errors::{scenario_error, snapshot_error};
 use crate::simulator::{self, Made, controlled, setting};
@@ -15,8 +17,12 @@ use crate::values::from_python;
 
 /// What the episodes of an environment start from, as long as a reset says nothing else.
 pub struct Origin {
-    /// The same scenario against each of the opponents, at least one.
+    /// The same scenario for each level of realism, and against each of the opponents: at least one.
     files: Vec<ScenarioFile>,
+    /// The fields that are drawn for each episode.
+    draws: Vec<Draw>,
+    /// What is observed.
+    form: ObservationForm,
     /// Who is controlled: robots and teams.
     words: Vec<String>,
     situation: Situation,
@@ -32,10 +38,40 @@ pub struct Changes<'py> {
     situation: Option<Bound<'py, PyDict>>,
     /// A moment of a match.
     snapshot: Option<Vec<u8>>,
+    /// The fields that are drawn, instead of those of the environment.
+    draws: Option<Vec<DrawnField<'py>>>,
 }
 
-/// The scenario, and what a challenge adds to it.
-pub fn scenario_of(py: Python<'_>, made: &Made<'_>) -> PyResult<(ScenarioFile, Option<Challenge>)> {
+/// A field that is drawn for each episode, whether its values are the two ends of a range, and its values.
+pub type DrawnField<'py> = (String, bool, Bound<'py, PyList>);
+
+/// What episodes start from, who is controlled in them, and the entries of the first robot's observation in each of their scenarios.
+pub struct Starts {
+    pub start: Start,
+    pub control: Vec<RobotId>,
+    pub entries: Vec<Vec<ObservationEntry>>,
+}
+
+/// The fields that are drawn, and their values.
+pub fn draws_of(fields: &[DrawnField<'_>]) -> PyResult<Vec<Draw>> {
+    let draw = |(field, is_range, values): &DrawnField<'_>| {
+        let values = if *is_range {
+            DrawnValues::Range(values.extract()?)
+        } else {
+            let value = |value: Bound<'_, PyAny>| from_python(&value, field);
+            DrawnValues::OneOf(values.iter().map(value).collect::<PyResult<_>>()?)
+        };
+        Ok(Draw { field: field.clone(), values })
+    };
+    fields.iter().map(draw).collect()
+}
+
+/// The scenario at a level of realism, and what a challenge adds to it.
+pub fn scenario_of(
+    py: Python<'_>,
+    made: &Made<'_>,
+    realism: Option<&str>,
+) -> PyResult<(ScenarioFile, Option<Challenge>)> {
     let name = made.scenario.cast::<PyString>().ok().and_then(|name| name.to_str().ok());
     match name.filter(|name| Challenge::exists(name)) {
         Some(name) => {
@@ -43,34 +79,40 @@ pub fn scenario_of(py: Python<'_>, made: &Made<'_>) -> PyResult<(ScenarioFile, O
             let mut challenge = Challenge::named(name).map_err(wrong)?;
             // An unknown word is refused with the other settings.
             let levels = [Realism::Paper, Realism::Ideal, Realism::Realistic];
-            if let Some(level) = levels.into_iter().find(|level| made.realism.as_deref() == Some(level.name())) {
+            if let Some(level) = levels.into_iter().find(|level| realism == Some(level.name())) {
                 challenge = challenge.with(level, None).map_err(wrong)?;
             }
             let file = challenge.scenario().map_err(|error| scenario_error(py, &error))?;
-            let file = made.changed(py, &file)?;
+            let file = made.changed(py, &file, realism)?;
             let challenge = challenge.laid_out_for(&file.scenario);
             Ok((file, Some(challenge)))
         }
-        None => Ok((made.file(py)?, None)),
+        None => Ok((made.file_at(py, realism)?, None)),
     }
 }
 
 impl Origin {
-    /// Episodes of a scenario, against its own opponents or one of those that `others` line up instead.
+    /// Episodes of a scenario at each level of realism, against its own opponents or one of those that `others` line up instead.
     pub fn new(
         py: Python<'_>,
-        file: ScenarioFile,
+        levels: Vec<ScenarioFile>,
         others: &[(String, String)],
+        draws: Vec<Draw>,
         words: Vec<String>,
         situation: Situation,
+        form: ObservationForm,
     ) -> PyResult<Self> {
-        let mut files = vec![file];
-        for (side, team) in others {
-            let lined_up = setting(&format!("teams.{side}"), &serde_json::Value::from(team.as_str()).to_string())?;
-            let other = files[0].with(&[lined_up]).map_err(|error| scenario_error(py, &error))?;
-            files.push(other);
+        let mut files = Vec::new();
+        for file in levels {
+            files.push(file);
+            let first = files.len() - 1;
+            for (side, team) in others {
+                let lined_up = setting(&format!("teams.{side}"), &serde_json::Value::from(team.as_str()).to_string())?;
+                let other = files[first].with(&[lined_up]).map_err(|error| scenario_error(py, &error))?;
+                files.push(other);
+            }
         }
-        Ok(Self { files, words, situation })
+        Ok(Self { files, draws, form, words, situation })
     }
 
     /// The scenario against the first of the opponents.
@@ -78,9 +120,21 @@ impl Origin {
         &self.files[0].scenario
     }
 
-    /// What episodes start from, and who is controlled in them.
-    pub fn start(&self, py: Python<'_>) -> PyResult<(Start, Vec<RobotId>)> {
-        self.start_of(py, &self.files, self.situation.clone())
+    /// What episodes start from.
+    pub fn start(&self, py: Python<'_>) -> PyResult<Starts> {
+        self.start_of(py, self.files.clone(), self.situation.clone(), self.draws.clone())
+    }
+
+    /// The first scenario.
+    pub fn file(&self) -> &ScenarioFile {
+        &self.files[0]
+    }
+
+    /// The entries of the observation of the robot `id` in a scenario.
+    pub fn entries(&self, py: Python<'_>, file: &ScenarioFile, id: RobotId) -> PyResult<Vec<ObservationEntry>> {
+        let mut world = simulator::world();
+        simulator::start(py, &mut world, file)?;
+        Ok(observation::entries(self.form, &world, id))
     }
 
     /// What episodes start from after a reset that wants something else.
@@ -105,28 +159,44 @@ impl Origin {
             }
             None => self.situation.clone(),
         };
-        Ok(self.start_of(py, &files, situation)?.0)
+        let draws = changes.draws.as_deref().map(draws_of).transpose()?.unwrap_or_else(|| self.draws.clone());
+        Ok(self.start_of(py, files, situation, draws)?.start)
     }
 
     fn start_of(
         &self,
         py: Python<'_>,
-        files: &[ScenarioFile],
+        files: Vec<ScenarioFile>,
         situation: Situation,
-    ) -> PyResult<(Start, Vec<RobotId>)> {
+        draws: Vec<Draw>,
+    ) -> PyResult<Starts> {
         let mut world = simulator::world();
         let mut scenarios = Vec::new();
-        let mut control = Vec::new();
-        for file in files {
+        let mut entries = Vec::new();
+        let mut control: Vec<RobotId> = Vec::new();
+        let mut extreme_files = Vec::new();
+        for (draw, file) in draws.iter().flat_map(|draw| files.iter().map(move |file| (draw, file))) {
+            for value in draw.values.extremes() {
+                let changed = file.with(&[setting(&draw.field, &value.to_string())?]);
+                extreme_files.push(changed.map_err(|error| scenario_error(py, &error))?);
+            }
+        }
+        for file in files.iter().chain(&extreme_files) {
             // What is wrong with it is said before who is controlled is looked for.
             simulator::start(py, &mut world, file)?;
             let (scenario, ids) = controlled(&world, &file.scenario, &self.words)?;
             let wrong = |error: SituationError| PyValueError::new_err(format!("situation: {error}"));
             situation.check(&scenario).map_err(wrong)?;
+            entries.push(ids.first().map(|id| observation::entries(self.form, &world, *id)).unwrap_or_default());
             scenarios.push(scenario);
             control = ids;
         }
-        let first = Box::new(scenarios.remove(0));
-        Ok((Start::Scenarios { first, others: scenarios, situation }, control))
+        let start = if draws.is_empty() {
+            let first = Box::new(scenarios.remove(0));
+            Start::Scenarios { first, others: scenarios, situation }
+        } else {
+            Start::Drawn(Box::new(DrawnScenarios { files, draws, control: control.clone(), situation }))
+        };
+        Ok(Starts { start, control, entries })
     }
 }

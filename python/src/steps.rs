@@ -22,6 +22,7 @@ pub struct Filled<'py> {
     pub successes: Bound<'py, PyArrayDyn<bool>>,
     pub final_observations: Bound<'py, PyArrayDyn<f32>>,
     pub final_images: Bound<'py, PyArrayDyn<u8>>,
+    pub final_states: Bound<'py, PyArrayDyn<f32>>,
 }
 
 /// Writes to an array while nobody else does.

@@ -22,6 +22,7 @@ from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
 from naoisis._pages import Page, show
 from naoisis._policies import Policy, export_policy
+from naoisis._rewards import BatchReward, Steps, batch_reward
 from naoisis._traces import Trace, read_beliefs, read_tables, read_trace, trace_lines
 from naoisis.environments import MatchEnv, VectorEnv, vector_env
 from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotError, TraceError
@@ -29,6 +30,7 @@ from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotErro
 __all__ = [
     "LABELS",
     "Batch",
+    "BatchReward",
     "Match",
     "MatchEnv",
     "MatchError",
@@ -37,11 +39,13 @@ __all__ = [
     "Policy",
     "ScenarioError",
     "SnapshotError",
+    "Steps",
     "Trace",
     "TraceError",
     "VectorEnv",
     "__version__",
     "batch",
+    "batch_reward",
     "export_policy",
     "parallel_env",
     "read_beliefs",
@@ -89,7 +93,7 @@ def parallel_env(
         scenario: A task's name (:func:`tasks`), or a scenario as of :class:`Match`.
         control: A team, ``"blue"``, or robots, such as ``["blue1", "pink2"]`` [default: the task's].
         opponents: The name of the other team, if the scenario has teams; from a list of names one is drawn for each episode.
-        observation, action, reward, cycles_per_step, set, realism, camera, image_size, render_mode: As of :class:`MatchEnv`.
+        observation, action, reward, cycles_per_step, set, realism, draws, extras, says, statistics, camera, image_size, render_mode: As of :class:`MatchEnv`.
     """
     from naoisis import parallel
 

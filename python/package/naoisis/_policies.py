@@ -171,6 +171,7 @@ def export_policy(
     layout = {
         "observation": worlds.observation,
         "action": worlds.action,
+        **({"extras": worlds.extras} if worlds.extras else {}),
         "cycles_per_step": worlds.inner.cycles_per_step,
         "choice": choice,
         "state": [{"input": name, "output": f"{name}_after"} for name in names],

@@ -11,6 +11,7 @@ from gymnasium import spaces
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, check_set, control_of, count_of, match_of, seed_of, word_of
+from naoisis._rewards import BatchReward, Steps
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -25,10 +26,14 @@ class CommonOptions(TypedDict, total=False):
     """The options of worlds in all environments, documented in :class:`naoisis.MatchEnv`."""
 
     action: str
-    reward: Mapping[str, float] | Reward | None
+    reward: Mapping[str, float] | Reward | BatchReward | None
     cycles_per_step: int | None
     set: Mapping[str, Any] | None
-    realism: str | None
+    realism: str | Sequence[str] | None
+    draws: Mapping[str, tuple[float, float] | list[Any]] | None
+    extras: Sequence[str]
+    says: int
+    statistics: bool
     camera: str | None
     image_size: tuple[int, int]
 
@@ -72,11 +77,16 @@ class Worlds:
         controlled = options.get("control")
         control = None if controlled is None else control_of(controlled)
         observation, action = options.get("observation", "perception"), options.get("action", "continuous")
-        made = match_of(scenario, set=options.get("set"), realism=options.get("realism"))
+        levels = _words(options.get("realism"), "realism", "a level of realism")
+        made = match_of(scenario, set=options.get("set"), realism=levels[0] if levels else None)
         side, pool = _opponents(options.get("opponents"), control)
         if pool:
             made[side] = pool[0]
+        self._levels, self._pool = levels, pool
+        draws = draws_of(options.get("draws"))
+        self._drawn = [field for field, *_ in draws]
         reward = options.get("reward")
+        self.batch_reward = reward if isinstance(reward, BatchReward) else None
         self.own_reward = reward if callable(reward) else None
         cycles = options.get("cycles_per_step")
         size = options.get("image_size", (48, 64))
@@ -100,20 +110,29 @@ class Worlds:
                 "image_size": [count_of(height, "image_size", most=4096), count_of(width, "image_size", most=4096)],
                 "action": action,
                 "cycles_per_step": None if cycles is None else count_of(cycles, "cycles_per_step"),
-                "reward": None if callable(reward) else _weights(reward),
-                "own_reward": callable(reward),
+                "reward": None if callable(reward) or isinstance(reward, BatchReward) else _weights(reward),
+                "own_reward": self.own_reward is not None,
+                "realisms": levels[1:],
+                "draws": draws,
+                "extras": _extras(options.get("extras", ()), options.get("says", 0)),
+                "statistics": bool(options.get("statistics", False)),
                 "worlds": count,
                 "auto_reset": auto_reset,
                 "threads": os.cpu_count() or 1 if threads is None else count_of(threads, "threads", most=1024),
             },
         )
         self.observation, self.action = observation, action
+        # As in the layout of a policy.
+        extras = _extras(options.get("extras", ()), options.get("says", 0))
+        self.extras = {name: value for name, value in extras.items() if value}
         self.agents = self.inner.control
         self.worlds = int(worlds)
         self.rows = self.worlds * len(self.agents)
         self._changes: list[dict[str, Any] | None] = [None] * self.worlds
+        self._states = np.zeros((0, 0), np.float32)
         self.observation_entries = self.inner.entries()
         self.observation_names = [name for name, *_ in self.observation_entries]
+        self.state_names = [name for name, *_ in self.inner.state_entries()]
         self.action_names = self.inner.action_names()
         self.step_s = self.inner.cycles_per_step * self.inner.cycle_s
         low, high = (np.array([entry[side] for entry in self.observation_entries], np.float32) for side in (1, 2))
@@ -141,6 +160,7 @@ class Worlds:
         rows, length = self.rows, len(self.observation_names)
         image = self.image_shape or (0,)
         finals = rows if with_final else 0
+        wants_states = with_final or self.batch_reward is not None
         return {
             "observations": np.zeros((rows, length), np.float32),
             "images": np.zeros((rows if self.image_shape else 0, *image), np.uint8),
@@ -150,6 +170,7 @@ class Worlds:
             "successes": np.zeros(rows, np.bool_),
             "final_observations": np.zeros((finals, length), np.float32),
             "final_images": np.zeros((finals if self.image_shape else 0, *image), np.uint8),
+            "final_states": np.zeros((self.worlds if wants_states else 0, len(self.state_names)), np.float32),
         }
 
     def check_arrays(self, arrays: Mapping[str, Any]) -> None:
@@ -205,6 +226,7 @@ class Worlds:
         """Starts episodes, with the changes of :func:`changes_of`."""
         changes = changes_of(options or {})
         self.inner.reset(seed_of(seed), mask, changes, arrays)
+        self._keep_states()
         for world in range(self.worlds) if mask is None else np.flatnonzero(mask):
             self._changes[world] = changes
 
@@ -220,14 +242,76 @@ class Worlds:
             if changes is not None:
                 changed.setdefault(id(changes), ([], changes))[0].append(world)
         self.inner.restore(state["saved"], list(changed.values()))
+        self._keep_states()
 
     def step(self, actions: Any, arrays: dict[str, np.ndarray]) -> None:
-        """Plays a step, and computes a custom reward if there is one and no world has started its next episode."""
-        self.inner.step(self.actions(actions), arrays)
+        """Plays a step, and computes a custom reward if there is one."""
+        acted = self.actions(actions)
+        self.inner.step(acted, arrays)
+        if self.batch_reward is not None:
+            shape = (self.worlds, len(self.agents))
+            of_worlds = {name: arrays[name].reshape(shape)[:, 0] for name in ("terminations", "truncations")}
+            steps = Steps(
+                before=self._states,
+                after=arrays["final_states"],
+                names=self.state_names,
+                agents=self.agents,
+                actions=acted.reshape(*shape, -1),
+                terminated=of_worlds["terminations"],
+                truncated=of_worlds["truncations"],
+                success=arrays["successes"].reshape(shape),
+                seconds=self.step_s,
+            )
+            arrays["rewards"][...] = self.batch_reward.of(steps).reshape(-1)
+            self._keep_states()
         if self.own_reward is not None:
             truths = [self.inner.truth(world) for world in range(self.worlds)]
             rewards = [self._reward_of(truth, robot) for truth in truths for robot in self.agents]
             arrays["rewards"][...] = np.asarray(rewards, np.float32)
+
+    def _keep_states(self) -> None:
+        """Keeps the states before the next step, if a reward needs them."""
+        if self.batch_reward is not None:
+            self._states = self.inner.state()
+
+    def origin(self, world: int) -> dict[str, Any]:
+        """What the episode of a world began from, for infos: its seed, and what was drawn for it."""
+        return self._origin_of(world, self.inner.origin(world))
+
+    def _origin_of(self, world: int, origin: Mapping[str, Any]) -> dict[str, Any]:
+        info: dict[str, Any] = {"seed": origin["seed"]}
+        level, team = divmod(origin["scenario"], max(1, len(self._pool)))
+        if self._pool:
+            info["opponents"] = self._pool[team]
+        if self._levels:
+            info["realism"] = self._levels[level]
+        changed = (self._changes[world] or {}).get("draws")
+        drawn = self._drawn if changed is None else [field for field, *_ in changed]
+        if drawn:
+            info["drawn"] = dict(zip(drawn, origin["drawn"]))
+        return info
+
+    def ended(self, world: int, agent: int = 0) -> dict[str, Any]:
+        """What is said of an episode that ended in the last step, to one of its agents: its origin, and its statistics if they are counted."""
+        ended = self.inner.ended(world)
+        if ended is None:
+            return {}
+        origin, counts = ended
+        info = self._origin_of(world, origin)
+        if counts:
+            side = self.agents[agent].startswith("pink")
+            info["statistics"] = {
+                **{name: teams[side] for name, *teams in counts},
+                **{f"opponents_{name}": teams[not side] for name, *teams in counts},
+            }
+        return info
+
+    def action_masks(self) -> np.ndarray:
+        """For each row and each choice, list by list, whether the choice has an effect now."""
+        masks = self.inner.action_masks()
+        if not masks.size:
+            raise ValueError(f"action_masks: an action {self.action!r} has no choices; expected another kind of action")
+        return masks.reshape(self.rows, -1)
 
     def _reward_of(self, truth: Mapping[str, Any], robot: str) -> float:
         """The custom reward of a robot."""
@@ -242,7 +326,7 @@ class Worlds:
         return self.inner.picture(world, width, height)
 
 
-CHANGES = ("set", "situation", "snapshot")
+CHANGES = ("set", "situation", "snapshot", "draws")
 
 
 def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -254,13 +338,14 @@ def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
             raise TypeError(f"options: {name}: expected a dictionary, not {value!r}")
         changes[name] = None if value is None else dict(value)
     check_set(changes["set"])
+    changes["draws"] = None if options.get("draws") is None else draws_of(options["draws"])
     snapshot = options.get("snapshot")
     if snapshot is not None:
         if not isinstance(snapshot, (bytes, bytearray)):
             raise TypeError(
                 f"options: snapshot: expected the bytes of a match's snapshot, not {type(snapshot).__name__}"
             )
-        if changes["set"] is not None or changes["situation"] is not None:
+        if any(changes[name] is not None for name in ("set", "situation", "draws")):
             raise ValueError("options: a snapshot cannot be changed; expected no `set` and no `situation` beside it")
         changes["snapshot"] = bytes(snapshot)
     return changes if any(value is not None for value in changes.values()) else None
@@ -285,6 +370,80 @@ def _opponents(opponents: Any, control: list[str] | None) -> tuple[str, list[str
     for team in opponents:
         word_of(team, "opponents")
     return side, list(opponents)
+
+
+def _words(words: Any, name: str, what: str) -> list[str]:
+    """One word, or a list of words; none for None."""
+    if words is None or isinstance(words, str):
+        return [] if words is None else [words]
+    if not isinstance(words, Sequence) or not words or not all(isinstance(word, str) for word in words):
+        raise TypeError(f"{name}: expected {what}, or a list of them, not {words!r}")
+    return list(words)
+
+
+def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
+    """The fields that are drawn, whether each has a range, and its values."""
+    if draws is None:
+        return []
+    if not isinstance(draws, Mapping):
+        raise TypeError(f"draws: expected a dictionary of fields and what their values are drawn from, not {draws!r}")
+    check_set(draws)
+    fields: list[tuple[str, bool, list[Any]]] = []
+    for field, values in draws.items():
+        if not isinstance(field, str):
+            raise TypeError(f"draws: expected fields, such as 'messages.loss', not {field!r}")
+        if isinstance(values, tuple):
+            try:
+                low, high = map(float, values)
+            except (TypeError, ValueError):
+                raise TypeError(f"draws: {field}: expected the least and the greatest number, not {values!r}") from None
+            if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+                raise ValueError(f"draws: {field}: {values} is no range; expected the least and the greatest number")
+            fields.append((field, True, [low, high]))
+        elif isinstance(values, list) and values:
+            fields.append((field, False, values))
+        else:
+            raise TypeError(
+                f"draws: {field}: expected a range, as a tuple of two numbers, or a list of values, not {values!r}"
+            )
+    return fields
+
+
+EXTRAS = ("set_plays", "messages", "tracked")
+
+
+def _extras(extras: Any, says: Any) -> dict[str, Any]:
+    if isinstance(extras, str) or not isinstance(extras, Iterable):
+        raise TypeError(f"extras: expected a list of {', '.join(EXTRAS)}, not {extras!r}")
+    wanted = list(extras)
+    for extra in wanted:
+        if extra not in EXTRAS:
+            raise ValueError(f"extras: there is no {extra!r}; expected {', '.join(EXTRAS)}")
+    return {**{extra: extra in wanted for extra in EXTRAS}, "words": count_of(says, "says", least=0, most=8)}
+
+
+def vector_info(of_rows: Mapping[int, Mapping[str, Any]], rows: int) -> dict[str, Any]:
+    """The infos of some rows as arrays of all rows: beside each array ``name`` is ``_name``, true for rows that have a value."""
+    info: dict[str, Any] = {}
+    for name in dict.fromkeys(name for of_row in of_rows.values() for name in of_row):
+        values = {row: of_row[name] for row, of_row in of_rows.items() if name in of_row}
+        has = np.zeros(rows, np.bool_)
+        has[list(values)] = True
+        info[f"_{name}"] = has
+        first = next(iter(values.values()))
+        if isinstance(first, Mapping):
+            info[name] = vector_info(values, rows)
+            continue
+        dtype: Any = object
+        if name == "seed":
+            dtype = np.uint64
+        elif all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values.values()):
+            dtype = np.float64
+        array = np.full(rows, None, object) if dtype is object else np.zeros(rows, dtype)
+        for row, value in values.items():
+            array[row] = value
+        info[name] = array
+    return info
 
 
 def _weights(reward: Mapping[str, float] | None) -> dict[str, float] | None:

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, count_of
 from naoisis._view import View, check_render_mode, modes_here
-from naoisis._worlds import Worlds, check_options
+from naoisis._worlds import Worlds, check_options, vector_info
 from naoisis.errors import MatchError
 
 if TYPE_CHECKING:
@@ -38,19 +39,32 @@ class MatchEnv(gymnasium.Env):
         observation: ``"perception"`` (sensors, and the game status that the robot received), ``"belief"`` (the built-in estimator), ``"truth"``
             (the true state), or ``"image"`` (a dictionary of a camera image and the state of the body).
         action: ``"continuous"``, ``"multi_discrete"``, ``"discrete"`` or ``"velocities"``: see ``action_names``.
-        reward: Weights of the terms of the reward (:func:`naoisis.rewards`), or a function of the truth and the robot's name
-            [default: the task's, else the score].
+        reward: Weights of the terms of the reward (:func:`naoisis.rewards`), a function of the states of all worlds
+            (:func:`naoisis.batch_reward`), or a function of the truth and the robot's name [default: the task's, else the score].
         cycles_per_step: Cycles for which an action is held [default: the task's, else 3].
         set: Fields of the scenario to change.
-        realism: The level of realism. In ``"realistic"``, tasks of the paper's NAO have the NAO V6, as in ``naoisis challenge``.
+        realism: The level of realism; from a list of levels one is drawn for each episode. In ``"realistic"``, tasks of the paper's NAO have
+            the NAO V6, as in ``naoisis challenge``. Spaces are wide enough for each level, so that a reset can set another one.
+        draws: Fields of the scenario that are drawn for each episode: a tuple of two numbers is a range, a list has the possible values, as in
+            ``{"messages.loss": (0.0, 0.3), "cycle_s": [0.02, 0.04]}``.
+        extras: What is observed besides: ``"set_plays"`` (set plays, drop balls and stops that the robot was told of), ``"messages"``
+            (the last message of each team-mate, in the order of their numbers), ``"tracked"`` (other robots keep their places in the
+            observation while they are followed; otherwise the nearest is first).
+        says: The number of words, 0 to 8, that a robot can say to its team-mates as a part of its action. Continuous actions have
+            one more number for each, and one that sends them; others, except ``"discrete"``, have one more list of choices.
+        statistics: Whether ``info["statistics"]`` at the end of an episode has the counts of both teams: goals, shots, kicks, passes, possession,
+            distance, falls, penalties, by the definitions of a match.
         camera: The name of the camera of images in the robot's model: for a NAO ``"top"`` or ``"bottom"``, for a Booster K1
             ``"head"`` [default: the robot's first].
         image_size: Height and width of images, pixels.
         render_mode: ``"rgb_array"`` for pictures of the field, ``"human"`` for a window, which needs a display and Tk.
 
     The ``options`` of a reset apply to the episodes until the next reset: ``set`` are fields of the scenario to change,
-    ``situation`` are start areas as in a task's file, and ``snapshot`` is a moment to start from, of
+    ``draws`` are fields to draw instead of those of the environment, ``situation`` are start areas as in a task's file, and ``snapshot`` is a moment to start from, of
     :meth:`naoisis.Match.snapshot` or :meth:`snapshot`, each time with other random numbers.
+
+    The info of a reset has the seed of the match, and what was drawn for it: ``seed``, ``opponents``, ``realism`` and ``drawn``, as far as there is a
+    choice. The info at the end of an episode has them, too, and ``success``.
 
     The end of a task, and the final whistle, terminate an episode; its time limit truncates it. ``info["success"]`` says
     whether the task ended with success for the agent's team, such as with its goal. A penalised robot stays an agent, with ``body.penalised`` in its observation.
@@ -92,7 +106,7 @@ class MatchEnv(gymnasium.Env):
         self._worlds.reset(seed, arrays, options)
         self._has_seed = True
         self._view.show(self._worlds)
-        return self._worlds.row(self._worlds.observations(arrays), 0), {}
+        return self._worlds.row(self._worlds.observations(arrays), 0), self._worlds.origin(0)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         arrays = self._worlds.arrays()
@@ -100,7 +114,7 @@ class MatchEnv(gymnasium.Env):
         self._view.show(self._worlds)
         observation = self._worlds.row(self._worlds.observations(arrays), 0)
         terminated, truncated = bool(arrays["terminations"][0]), bool(arrays["truncations"][0])
-        info = {"success": bool(arrays["successes"][0])} if terminated or truncated else {}
+        info = {"success": bool(arrays["successes"][0]), **self._worlds.ended(0)} if terminated or truncated else {}
         return observation, float(arrays["rewards"][0]), terminated, truncated, info
 
     def truth(self) -> dict[str, Any]:
@@ -117,10 +131,15 @@ class MatchEnv(gymnasium.Env):
         state: np.ndarray = self._worlds.inner.state()[0]
         return state
 
+    def action_masks(self) -> np.ndarray:
+        """For each choice, list by list, whether it has an effect now: the robot can walk or kick, and has the kick. For actions that are choices."""
+        masks: np.ndarray = self._worlds.action_masks()[0]
+        return masks
+
     @property
     def state_names(self) -> list[str]:
         """The names of the numbers of :meth:`state`."""
-        return [name for name, *_ in self.state_entries]
+        return list(self._worlds.state_names)
 
     @property
     def state_entries(self) -> list[tuple[str, float, float, str]]:
@@ -146,12 +165,16 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             ``"same_step"`` (at once; ``info["final_obs"]`` has the last observation), or ``"disabled"``
             (by ``reset(options={"reset_mask": ...})``, with a mask of the worlds).
         threads: The number of threads [default: one per core].
-        reward: Weights, or a function; a function costs the time for a dictionary of the truth for each world and step.
+        reward: As of :class:`MatchEnv`. A function of the truth costs the time for a dictionary for each world and step; one that
+            :func:`naoisis.batch_reward` has made is called once for all worlds.
 
-    The other arguments are those of :class:`MatchEnv`.
+    The other arguments are those of :class:`MatchEnv`. Infos have arrays with a value for each row, and beside each ``name`` the array ``_name``,
+    which is true for the rows that have a value. What an episode began from is in the info of the reset or step that begins it.
+    With ``"same_step"``, ``info["final_info"]`` is the info at the end of episodes, with the last ``state`` of each world.
 
     Attributes:
         num_worlds: The number of worlds.
+        state_space: The space of a row of :meth:`state`.
         agents: The robots of each world, in the order of the rows.
     """
 
@@ -171,8 +194,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         mode = str(getattr(autoreset_mode, "name", autoreset_mode)).lower()
         if mode == "same_step" and callable(options.get("reward")):
             raise ValueError(
-                "reward: a function cannot look at the end of an episode when the next one begins in the same step; "
-                "expected weights, or another autoreset_mode"
+                "reward: a function of the truth cannot look at the end of an episode when the next one begins in the same step; "
+                "expected weights, a function made by `naoisis.batch_reward`, or another autoreset_mode"
             )
         self._worlds = worlds = Worlds(
             scenario, worlds=num_envs, auto_reset=mode, threads=threads, solo=options.get("control") is None, **options
@@ -185,6 +208,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self.observation_space = batch_space(worlds.observation_space, worlds.rows)
         self.action_space = batch_space(worlds.action_space, worlds.rows)
         self.observation_names, self.action_names = worlds.observation_names, worlds.action_names
+        low, high = (np.array([entry[side] for entry in worlds.inner.state_entries()], np.float32) for side in (1, 2))
+        self.state_space = spaces.Box(low, high, dtype=np.float32)
         self._last: dict[str, np.ndarray] = {}
         self._waits = np.zeros(self.num_envs, np.bool_)
 
@@ -220,7 +245,17 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._worlds.reset(seed, arrays, options, mask)
         self._waits = np.zeros(self.num_envs, np.bool_)
         self._last = arrays
-        return self._worlds.observations(self._copies(arrays)), {}
+        begun = np.ones(self.num_worlds, np.bool_) if mask is None else mask
+        return self._worlds.observations(self._copies(arrays)), self._origins(begun)
+
+    def _origins(self, begun: np.ndarray) -> dict[str, Any]:
+        """What the episodes of some worlds began from, as an info."""
+        agents = len(self.agents)
+        of_rows: dict[int, dict[str, Any]] = {}
+        for world in np.flatnonzero(begun).tolist():
+            origin = self._worlds.origin(world)
+            of_rows |= {world * agents + agent: origin for agent in range(agents)}
+        return vector_info(of_rows, self.num_envs)
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         arrays = self._worlds.arrays(self.autoreset_mode == AutoresetMode.SAME_STEP)
@@ -263,20 +298,34 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         if self.closed:
             raise MatchError("the environment is closed; expected no step after that")
         self._worlds.step(actions, arrays)
+        agents = len(self.agents)
+        begun = np.zeros(self.num_envs, np.bool_)
         if self.autoreset_mode == AutoresetMode.NEXT_STEP:
             # These have just begun, whatever one's own reward says of them.
-            arrays["rewards"][self._waits] = 0.0
+            begun = self._waits
+            arrays["rewards"][begun] = 0.0
         over = self._waits = arrays["terminations"] | arrays["truncations"]
         if not over.any():
-            return {}
-        ended = {"success": arrays["successes"], "_success": over}
+            return self._origins(begun[::agents]) if begun.any() else {}
+        rows = np.flatnonzero(over).tolist()
+        of_rows = {row: self._worlds.ended(row // agents, row % agents) for row in rows}
         if self.autoreset_mode != AutoresetMode.SAME_STEP:
-            return ended
+            for row in np.flatnonzero(begun).tolist():
+                of_rows[row] = self._worlds.origin(row // agents)
+            return {"success": arrays["successes"], "_success": over, **vector_info(of_rows, self.num_envs)}
+        ended = {"success": arrays["successes"], "_success": over, **vector_info(of_rows, self.num_envs)}
+        ended |= {"state": np.repeat(arrays["final_states"], agents, axis=0), "_state": over}
         last = self._worlds.observations(arrays, "final_")
         final = np.full(self.num_envs, None, dtype=object)
-        for row in np.flatnonzero(over):
-            final[row] = self._worlds.row(last, int(row))
-        return {"final_obs": final, "_final_obs": over.copy(), "final_info": ended, "_final_info": over.copy()}
+        for row in rows:
+            final[row] = self._worlds.row(last, row)
+        return {
+            "final_obs": final,
+            "_final_obs": over.copy(),
+            "final_info": ended,
+            "_final_info": over.copy(),
+            **self._origins(over[::agents]),
+        }
 
     def _mask_of_worlds(self, mask: Any) -> np.ndarray:
         if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
@@ -301,10 +350,18 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         """The true state of each world, in the frame of the blue team: ``float32`` (num_worlds, numbers), named by ``state_names``."""
         return self._worlds.inner.state()
 
+    def truth(self, world: int = 0) -> dict[str, Any]:
+        """The current truth of a world: see :meth:`naoisis.Match.truth`."""
+        return self._worlds.inner.truth(count_of(world, "world", least=0))
+
+    def action_masks(self) -> np.ndarray:
+        """For each row and each choice, list by list, whether it has an effect now: ``bool`` (num_envs, choices). See :class:`MatchEnv`."""
+        return self._worlds.action_masks()
+
     @property
     def state_names(self) -> list[str]:
         """The names of the numbers of :meth:`state`."""
-        return [name for name, *_ in self._worlds.inner.state_entries()]
+        return list(self._worlds.state_names)
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Pictures of the fields of the first worlds."""

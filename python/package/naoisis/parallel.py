@@ -75,7 +75,7 @@ class MatchParallelEnv(ParallelEnv):
         self._has_seed = True
         self._view.show(self._worlds)
         self.agents = list(self.possible_agents)
-        return self._each(self._worlds.observations(arrays)), {agent: {} for agent in self.agents}
+        return self._each(self._worlds.observations(arrays)), {agent: self._worlds.origin(0) for agent in self.agents}
 
     def step(
         self,
@@ -101,7 +101,10 @@ class MatchParallelEnv(ParallelEnv):
         truncations = dict(zip(agents, map(bool, arrays["truncations"])))
         is_over = terminations[agents[0]] or truncations[agents[0]]
         successes = map(bool, arrays["successes"])
-        infos = {agent: {"success": success} if is_over else {} for agent, success in zip(agents, successes)}
+        infos: dict[str, dict[str, Any]] = {
+            agent: {"success": success, **self._worlds.ended(0, number)} if is_over else {}
+            for number, (agent, success) in enumerate(zip(agents, successes))
+        }
         if is_over:
             self.agents = []
         return observations, rewards, terminations, truncations, infos
@@ -114,10 +117,14 @@ class MatchParallelEnv(ParallelEnv):
         state: np.ndarray = self._worlds.inner.state()[0]
         return state
 
+    def action_masks(self) -> dict[str, np.ndarray]:
+        """For each agent and each choice, list by list, whether it has an effect now: see :meth:`naoisis.MatchEnv.action_masks`."""
+        return dict(zip(self.possible_agents, self._worlds.action_masks()))
+
     @property
     def state_names(self) -> list[str]:
         """The names of the numbers of :meth:`state`."""
-        return [name for name, *_ in self._worlds.inner.state_entries()]
+        return list(self._worlds.state_names)
 
     def truth(self) -> dict[str, Any]:
         """The current truth: see :meth:`naoisis.Match.truth`. With the observation ``"truth"``, controlled robots perceive nothing."""

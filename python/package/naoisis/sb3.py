@@ -84,12 +84,13 @@ class VecEnv(vec_env.VecEnv):
         observations, rewards, terminations, truncations, info = self.envs.step(self._actions)
         dones = terminations | truncations
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for row in np.flatnonzero(dones):
-            success = bool(info["final_info"]["success"][row])
+        for row in np.flatnonzero(dones).tolist():
+            ended = info["final_info"]
             infos[row] = {
+                **_of_row({name: value for name, value in ended.items() if "state" not in name}, row),
                 "terminal_observation": info["final_obs"][row],
                 "TimeLimit.truncated": bool(truncations[row] and not terminations[row]),
-                "is_success": success,
+                "is_success": bool(ended["success"][row]),
             }
         return observations, rewards, dones, infos
 
@@ -108,10 +109,22 @@ class VecEnv(vec_env.VecEnv):
 
     def env_method(self, method_name: str, *arguments: Any, indices: Any = None, **options: Any) -> list[Any]:
         result = getattr(self.envs, method_name)(*arguments, **options)
+        if method_name == "action_masks":
+            # The libraries that ask for masks expect one row from each environment.
+            return [result[row] for row in self._get_indices(indices)]
         return [result] * len(list(self._get_indices(indices)))
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         return [False] * len(list(self._get_indices(indices)))
+
+
+def _of_row(info: dict[str, Any], row: int) -> dict[str, Any]:
+    """The info of a row, out of the arrays of all rows."""
+    of_row = {}
+    for name, value in info.items():
+        if f"_{name}" in info and info[f"_{name}"][row]:
+            of_row[name] = _of_row(value, row) if isinstance(value, dict) else value[row]
+    return of_row
 
 
 def actor(model: OnPolicyAlgorithm) -> nn.Module:

@@ -111,7 +111,7 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         mask = (options or {}).get("reset_mask")
         every = np.ones(self.num_worlds, bool)
         self._draw(every if mask is None else every & np.any(np.reshape(mask, (self.num_worlds, -1)), axis=1))
-        return self._rows(self._seen, self._learns), info
+        return self._rows(self._seen, self._learns), self._info(info)
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         if self._seen is None:

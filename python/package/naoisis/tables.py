@@ -21,6 +21,13 @@ KINDS = {
 }
 
 
+EXTRAS = (
+    'With `extras=["set_plays", "messages"]` these numbers follow those of an observation. Positions are in the team frame, as team-mates send'
+    '\nthem. With `says=N`, messages have N words from -1 to 1, `message1.word1` and so on. With `"tracked"`, other robots keep their places'
+    "\nin the observation while they are followed from step to step, instead of the order of their distance; the truth has the order of their numbers."
+)
+
+
 STATE = "What `state()` returns: the true state of the match in the team frame of blue, whoever is controlled."
 
 
@@ -45,6 +52,9 @@ def page() -> str:
         env = MatchEnv("TwoOnTwo", observation=kind)
         entries = env.observation_entries
         parts += ["", f"## Observation `{kind}`: {len(entries)} numbers", "", says, "", *table(entries)]
+    plain = len(MatchEnv("TwoOnTwo").observation_entries)
+    entries = MatchEnv("TwoOnTwo", extras=["set_plays", "messages"]).observation_entries[plain:]
+    parts += ["", f"## Extras: {len(entries)} numbers", "", EXTRAS, "", *table(entries)]
     entries = MatchEnv("TwoOnTwo").state_entries
     parts += ["", f"## State: {len(entries)} numbers", "", STATE, "", *table(entries)]
     parts += [
@@ -57,11 +67,22 @@ def page() -> str:
     parts += [
         f"| {index} | `{name}` | {says} |" for index, (name, says) in enumerate(_naoisis.Environments.continuous())
     ]
+    words = [(name, meaning) for name, meaning in _naoisis.Environments.says() if not name.endswith(tuple("2345678"))]
+    parts += [
+        "",
+        "With `says=1` there are two more; with N words there are `say.word1` to `say.wordN`:",
+        "",
+        "| name | meaning |",
+        "|---|---|",
+    ]
+    parts += [f"| `{name}` | {meaning} |" for name, meaning in words]
     for kind in ("multi_discrete", "discrete", "velocities"):
         lists = MatchEnv("TwoOnTwo", action=kind).action_names
         parts += ["", f"## Actions `{kind}`", ""]
         parts += [f"{index + 1}. " + ", ".join(f"`{name}`" for name in names) for index, names in enumerate(lists)]
     parts += [
+        "",
+        "With `says=N`, `multi_discrete` and `velocities` have one more list: `say_nothing`, `say_word1` to `say_wordN`. A word that is said is 1, the others 0.",
         "",
         "With `discrete` the head looks at the ball, and searches while the robot sees none; with `velocities` it looks where the ball is",
         "believed to be, if beliefs are observed, and now and then at a goal post, if the robot has not seen landmarks recently. Robots",

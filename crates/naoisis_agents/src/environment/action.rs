@@ -120,6 +120,12 @@ pub struct NotAnAction {
 
 naoisis_core::debug_as_displayed!(NotAnAction);
 
+impl NotAnAction {
+    pub(super) fn new(name: &str, value: f32, expected: String) -> Self {
+        Self { name: name.to_owned(), value, expected }
+    }
+}
+
 impl ActionKind {
     /// The number of values of an action.
     pub fn len(self) -> usize {
@@ -159,7 +165,7 @@ impl ActionKind {
     pub fn check(self, action: &[f32]) -> Result<(), NotAnAction> {
         let names = self.names();
         for (index, &value) in action.iter().enumerate() {
-            let wrong = |name: &str, expected: String| Err(NotAnAction { name: name.to_owned(), value, expected });
+            let wrong = |name: &str, expected: String| Err(NotAnAction::new(name, value, expected));
             match self {
                 // A number beyond the range is clamped to its end.
                 ActionKind::Continuous if !value.is_finite() => {
@@ -180,7 +186,7 @@ impl ActionKind {
 }
 
 /// The kick that a robot uses for one of the paper's four kicks: a robot without a straight kick uses its kick with the longest range.
-fn available_kick(kick_type: KickType, kicks: &KickSettings) -> KickType {
+pub(super) fn available_kick(kick_type: KickType, kicks: &KickSettings) -> KickType {
     match kicks.get(kick_type) {
         None if !kick_type.is_side_kick() => kicks.strongest().unwrap_or(kick_type),
         _ => kick_type,

@@ -34,6 +34,7 @@ use super::action::ActionKind;
 pub use super::attempt_error::AttemptError;
 use super::challenge::{Challenge, ChallengeError, SuccessRate};
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
+use super::extras::Extras;
 use super::observation::{ObservationKind, ball_of};
 pub use super::player::ChallengePlayer;
 use super::recorded_commands::{RecordedCommands, record_commands};
@@ -184,11 +185,13 @@ pub(super) fn settings(
         control: challenge.control.clone(),
         end: challenge.end,
         observation: ObservationKind::Perception,
+        extras: Extras::default(),
         camera: None,
         blind: false,
         action: ActionKind::Continuous,
         cycles_per_step: challenge.cycles_per_step,
         reward: challenge.reward,
+        counter: None,
     })
 }
 

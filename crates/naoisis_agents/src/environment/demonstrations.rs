@@ -59,7 +59,8 @@ impl Demonstrations {
         let settings = EnvironmentSettings { observation, ..settings };
         let mut episode = Episode::new(world(&simulator), 0);
         episode.begin(&settings)?;
-        let entries = settings.control.first().map_or_else(Vec::new, |id| entries(observation, &episode.world, *id));
+        let entries =
+            settings.control.first().map_or_else(Vec::new, |id| entries(observation.into(), &episode.world, *id));
         dismiss(&mut episode.world, "the episode is over");
         Ok(Self { settings, entries })
     }

@@ -6,8 +6,13 @@ use rand::{Rng, RngExt};
 use std::sync::Arc;
 
 use super::action::{ActionKind, command};
+use super::action_space::ActionSpace;
+use super::counts::{BeginCounter, EndedEpisode, EpisodeCounter, EpisodeOrigin};
+use super::draws::DrawnScenarios;
 use super::ending::{Course, EndConditions, EpisodeProgress};
-use super::observation::{Memory, ObservationKind, observe};
+use super::extras::{Extras, ObservationForm};
+use super::heard::with_words;
+use super::observation::{Memory, ObservationKind, Others, observe};
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
 use crate::agents::{self, AgentSettings, ProgramStartError, RobotCommand};
@@ -41,6 +46,8 @@ pub enum Start {
         /// The areas of start positions.
         situation: Situation,
     },
+    /// Scenarios of which some fields are drawn for each episode.
+    Drawn(Box<DrawnScenarios>),
     /// A moment of a match; each episode continues from it with other random numbers.
     Moment(Snapshot),
 }
@@ -52,6 +59,9 @@ pub enum StartError {
     /// Its match cannot be started.
     #[error(transparent)]
     Scenario(#[from] ScenarioFault),
+    /// The scenario is not valid with the values that were drawn for it.
+    #[error("the values that were drawn make no scenario: {0}")]
+    Drawn(String),
     /// The simulator cannot continue from its moment.
     #[error("{0}")]
     Moment(String),
@@ -76,6 +86,8 @@ pub struct EnvironmentSettings {
     pub end: EndConditions,
     /// The kind of observations.
     pub observation: ObservationKind,
+    /// What is observed besides, and what robots can say.
+    pub extras: Extras,
     /// The camera whose images are observed, if any.
     pub camera: Option<CameraName>,
     /// Whether the controlled robots have no vision and no sonar, because nothing reads them. Robots that see by camera images keep them.
@@ -86,6 +98,20 @@ pub struct EnvironmentSettings {
     pub cycles_per_step: u32,
     /// The weights of the reward.
     pub reward: RewardWeights,
+    /// What counts the episodes, if anything does.
+    pub counter: Option<BeginCounter>,
+}
+
+impl EnvironmentSettings {
+    /// The observation with its extras.
+    pub fn observed(&self) -> ObservationForm {
+        ObservationForm { kind: self.observation, extras: self.extras }
+    }
+
+    /// The numbers of an action. Words for which an action has no place are left out.
+    pub fn actions(&self) -> ActionSpace {
+        ActionSpace::new(self.action, self.extras.words).unwrap_or_else(|_| self.action.into())
+    }
 }
 
 /// One world, in which episodes are played one after the other.
@@ -100,6 +126,10 @@ pub struct Episode {
     pub(super) memories: Vec<Memory>,
     pub(super) standings: Vec<Standing>,
     pub(super) course: Course,
+    pub(super) origin: EpisodeOrigin,
+    counter: Option<Box<dyn EpisodeCounter>>,
+    /// The episode that ended in the last step, if one did.
+    pub(super) ended: Option<EndedEpisode>,
     /// The robot whose program was lost in the last step, and what happened.
     pub(super) lost: Option<(RobotId, String)>,
     /// The state after the last step.
@@ -111,7 +141,21 @@ impl Episode {
     pub fn new(world: World, seed: u64) -> Self {
         let (memories, standings, progress) = (Vec::new(), Vec::new(), EpisodeProgress::default());
         let (stop, seeds, course) = (Arc::default(), seeds(seed), Course::default());
-        Self { world, start: None, stop, seeds, memories, standings, course, lost: None, progress }
+        let (origin, counter, ended) = (EpisodeOrigin::default(), None, None);
+        Self {
+            world,
+            start: None,
+            stop,
+            seeds,
+            memories,
+            standings,
+            course,
+            origin,
+            counter,
+            ended,
+            lost: None,
+            progress,
+        }
     }
 
     /// Restarts the sequence of episodes with `seed`.
@@ -126,7 +170,9 @@ impl Episode {
 
     /// The scenario of the episode whose match has `seed`.
     pub(super) fn scenario_of(first: &Scenario, others: &[Scenario], situation: &Situation, seed: u64) -> Scenario {
-        situation.drawn(Scenario { seed, ..one_of(first, others, seed).clone() })
+        let index = one_of(1 + others.len(), seed);
+        let scenario = index.checked_sub(1).and_then(|index| others.get(index)).unwrap_or(first);
+        situation.drawn(Scenario { seed, ..scenario.clone() })
     }
 
     /// Starts the next episode.
@@ -135,9 +181,17 @@ impl Episode {
     /// If the match of the episode cannot be started.
     pub fn begin(&mut self, settings: &EnvironmentSettings) -> Result<(), StartError> {
         let seed = self.seeds.next_u64();
+        self.origin = EpisodeOrigin { seed, ..default() };
         match &**self.start.as_ref().unwrap_or(&settings.start) {
             Start::Scenarios { first, others, situation } => {
+                self.origin.scenario = one_of(1 + others.len(), seed);
                 start_match(&mut self.world, &Self::scenario_of(first, others, situation, seed))?;
+            }
+            Start::Drawn(scenarios) => {
+                self.origin.scenario = one_of(scenarios.files.len(), seed);
+                let (scenario, values) = scenarios.scenario(&self.world, self.origin.scenario, seed)?;
+                start_match(&mut self.world, &scenario)?;
+                self.origin.drawn = values;
             }
             Start::Moment(snapshot) => {
                 let restored = snapshot.restore_with_chance(&mut self.world, seed);
@@ -151,14 +205,33 @@ impl Episode {
         perceive(&mut self.world);
         self.progress = EpisodeProgress::default();
         self.course = Course::default();
+        self.count(settings);
         self.memories.clear();
         let odometry_of =
             |id: &RobotId| self.world.resource::<Roster>().get(*id).map(|robot| odometry(&self.world, robot));
         let odometries = settings.control.iter().map(|id| odometry_of(id).unwrap_or_default());
-        self.memories.extend(odometries.map(|odometry| Memory { odometry }));
+        self.memories.extend(odometries.map(Memory::at));
+        self.listen(settings);
         self.standings.clear();
         self.standings.extend(settings.control.iter().map(|id| Standing::of(&self.world, *id)));
         Ok(())
+    }
+
+    /// Begins to count the match in its present state, if it is counted.
+    pub(super) fn count(&mut self, settings: &EnvironmentSettings) {
+        self.counter = settings.counter.map(|begin| begin(&mut self.world));
+    }
+
+    /// Keeps the messages that arrived at the controlled robots in this cycle, if they are observed.
+    fn listen(&mut self, settings: &EnvironmentSettings) {
+        if !settings.extras.messages {
+            return;
+        }
+        for (id, memory) in settings.control.iter().zip(&mut self.memories) {
+            if let Some(robot) = self.world.resource::<Roster>().get(*id) {
+                memory.listen(&self.world, robot);
+            }
+        }
     }
 
     /// Gives the controlled robots beliefs if they are needed, or takes their vision and their sonar away.
@@ -180,14 +253,14 @@ impl Episode {
     /// Plays a step with the `actions` of all agents one after the other, and writes the reward of each agent to `rewards`.
     pub fn step(&mut self, settings: &EnvironmentSettings, actions: &[f32], rewards: &mut [f32]) {
         let world = &self.world;
-        let length = settings.action.len();
+        let space = settings.actions();
         let commands: Vec<RobotCommand> = settings
             .control
             .iter()
-            .zip(actions.chunks(length))
-            .map(|(id, action)| {
-                let say = (settings.observation == ObservationKind::Belief).then(|| team_message(world, *id)).flatten();
-                RobotCommand { say, ..command(settings.action, action, world, *id) }
+            .zip(actions.chunks(space.len()))
+            .map(|(id, action)| RobotCommand {
+                say: said(space, action, settings.observation, world, *id),
+                ..command(settings.action, &action[..settings.action.len()], world, *id)
             })
             .collect();
         self.step_with(settings, commands, rewards);
@@ -200,12 +273,11 @@ impl Episode {
         mut commands: Vec<RobotCommand>,
         rewards: &mut [f32],
     ) {
-        let world = &mut self.world;
         let mut progress = EpisodeProgress::default();
         let mut cycles = 0;
-        let is_stopped = || self.stop.load(Ordering::Relaxed);
         self.lost = None;
-        while cycles < settings.cycles_per_step.max(1) && !progress.is_over() && !is_stopped() {
+        while cycles < settings.cycles_per_step.max(1) && !progress.is_over() && !self.stop.load(Ordering::Relaxed) {
+            let world = &mut self.world;
             for (id, command) in settings.control.iter().zip(&mut commands) {
                 let given = command.clone();
                 // The walk is commanded in each cycle of the step, everything else only in the first.
@@ -214,6 +286,9 @@ impl Episode {
                 let _ = agents::command(world, *id, given);
             }
             run_cycle(world);
+            if let Some(counter) = &mut self.counter {
+                counter.observe(world);
+            }
             let lost = || {
                 world.resource::<CycleEvents>().iter().find_map(|event| match event {
                     MatchEvent::AgentLost { robot, message, .. } => Some((*robot, message.clone())),
@@ -223,7 +298,9 @@ impl Episode {
             self.lost = self.lost.take().or_else(lost);
             cycles += 1;
             progress = settings.end.progress(world, &settings.control, &mut self.course);
+            self.listen(settings);
         }
+        let world = &mut self.world;
         let period_s = cycles as f32 * world.resource::<CycleClock>().period();
         for ((id, reward), standing) in settings.control.iter().zip(rewards).zip(&mut self.standings) {
             let now = Standing::of(world, *id);
@@ -231,7 +308,12 @@ impl Episode {
             *standing = now;
         }
         self.progress = progress;
+        self.ended = progress.is_over().then(|| EndedEpisode {
+            origin: self.origin.clone(),
+            counts: self.counter.as_ref().map(|counter| counter.counts()).unwrap_or_default(),
+        });
         perceive(world);
+        self.listen(settings);
     }
 
     /// Writes the current observations of all agents: numbers, and images if a camera is observed.
@@ -242,7 +324,11 @@ impl Episode {
             let array = &mut observations[index * length..(index + 1) * length];
             let entity = self.world.resource::<Roster>().get(*id);
             if let Some(memory) = self.memories.get_mut(index) {
-                observe(array, settings.observation, &self.world, *id, memory);
+                if settings.extras.tracked {
+                    let others = Others::of(self.world.resource(), id.team);
+                    memory.follow(settings.observation, &self.world, *id, others);
+                }
+                observe(array, settings.observed(), &self.world, *id, memory);
                 memory.odometry = entity.map(|entity| odometry(&self.world, entity)).unwrap_or_default();
             }
             if let Some(side) = settings.camera {
@@ -258,10 +344,9 @@ impl Episode {
     }
 }
 
-/// One of the scenarios, drawn by `seed`. A single scenario uses no random number.
-fn one_of<'a>(first: &'a Scenario, others: &'a [Scenario], seed: u64) -> &'a Scenario {
-    let index = RandomStream::for_match(seed, "scenario").random_range(0..=others.len());
-    index.checked_sub(1).and_then(|index| others.get(index)).unwrap_or(first)
+/// The index of one of `count` scenarios, drawn by `seed`. A single scenario uses no random number.
+fn one_of(count: usize, seed: u64) -> usize {
+    RandomStream::for_match(seed, "scenario").random_range(0..count.max(1))
 }
 
 /// The pose of a robot by its own odometry.
@@ -281,6 +366,22 @@ pub(crate) fn team_message(world: &World, id: RobotId) -> Option<TeamMessage> {
     }
     let ball = belief.ball.filter(|ball| ball.heard_from.is_none() && ball.age_s < FRESH_BALL_S);
     Some(TeamMessage { pose: Some(belief.pose), ball_m: ball.map(|ball| ball.position_m), ..default() })
+}
+
+/// What a robot says with an action: the message of its belief, if that is observed, and the words of the action. With words, the action
+/// decides when the robot says something in leagues with a limited number of messages.
+pub(crate) fn said(
+    space: ActionSpace,
+    action: &[f32],
+    observation: ObservationKind,
+    world: &World,
+    id: RobotId,
+) -> Option<TeamMessage> {
+    let believed = || (observation == ObservationKind::Belief).then(|| team_message(world, id)).flatten();
+    match space.said(action) {
+        Some(words) => Some(with_words(believed(), &words)),
+        None => believed(),
+    }
 }
 
 fn seeds(seed: u64) -> RandomStream {

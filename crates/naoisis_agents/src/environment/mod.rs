@@ -5,14 +5,20 @@
 //! [`Environments`] steps many worlds together. The Python package wraps these types.
 
 pub mod action;
+pub mod action_space;
 mod attempt_error;
 pub mod attempts;
 pub mod challenge;
+pub mod counts;
 pub mod demonstrations;
+mod draws;
 mod ending;
 pub mod entry;
 pub(crate) mod episode;
+pub mod extras;
 mod gaze;
+pub(crate) mod heard;
+mod mask;
 pub mod observation;
 mod player;
 mod recorded_commands;
@@ -21,13 +27,17 @@ pub mod reward;
 mod same;
 mod saved;
 mod situation;
+mod tracks;
 mod vector;
 
 pub use action::ActionKind;
+pub use action_space::ActionSpace;
 pub use challenge::Challenge;
+pub use draws::{Draw, DrawnScenarios, DrawnValues};
 pub use ending::EpisodeProgress;
 pub use entry::ObservationEntry;
 pub use episode::{EnvironmentSettings, Episode, Start, StartError};
+pub use extras::{Extras, ObservationForm};
 pub use observation::ObservationKind;
 pub use reward::RewardWeights;
 pub use saved::SavedWorld;

@@ -14,8 +14,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::entry::{Entries, Group, ObservationEntry, Sink, Values};
+use super::extras::ObservationForm;
+use super::heard::{Heard, keep_newest, put_messages};
+use super::tracks::{Track, follow};
 use naoisis_core::ball::{Ball, BallVelocity};
-use naoisis_core::game::{Game, GameState, Penalty};
+use naoisis_core::game::{Game, GameState, Penalty, SetPlayKind};
 use naoisis_core::geometry::{Pose, angle_of, unrotate};
 use naoisis_core::pitch::{GoalColour, Pitch};
 use naoisis_core::referee::GameStatus;
@@ -61,10 +64,78 @@ impl Others {
 }
 
 /// The past values of an agent that its observations use.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct Memory {
     /// Its odometry at its last observation.
     pub odometry: Pose,
+    /// The last message of each team-mate, if messages are observed.
+    #[reflect(default)]
+    heard: Vec<Heard>,
+    /// The team-mates that are followed, if the order of robots is stable.
+    #[reflect(default)]
+    team_mates: Vec<Track>,
+    /// The opponents that are followed, like `team_mates`.
+    #[reflect(default)]
+    opponents: Vec<Track>,
+}
+
+impl Memory {
+    /// Creates the memory of a robot at the start of an episode.
+    pub fn at(odometry: Pose) -> Self {
+        Self { odometry, ..default() }
+    }
+
+    /// Keeps the messages that arrived in this cycle.
+    pub fn listen(&mut self, world: &World, robot: Entity) {
+        keep_newest(&mut self.heard, world, robot);
+    }
+
+    /// Follows the other robots that the robot `id` knows of now.
+    pub fn follow(&mut self, kind: ObservationKind, world: &World, id: RobotId, others: Others) {
+        let Some(robot) = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok()) else {
+            return;
+        };
+        let [team_mates, opponents] = places_of_others(kind, &robot, id);
+        follow(&mut self.team_mates, &team_mates, others.team_mates);
+        follow(&mut self.opponents, &opponents, others.opponents);
+    }
+}
+
+/// The places of other robots that `robot` knows of, in the order of its lists, team-mates and opponents: in the team frame for beliefs, in the
+/// frame of its odometry for detections, m. The truth has a stable order of its own.
+fn places_of_others(kind: ObservationKind, robot: &EntityRef, id: RobotId) -> [Vec<Vec2>; 2] {
+    match (kind, robot.get::<Belief>(), robot.get::<Percepts>()) {
+        (ObservationKind::Belief, Some(belief), _) => [&belief.team_mates, &belief.opponents]
+            .map(|robots| robots.iter().map(|robot: &RobotBelief| robot.position_m).collect()),
+        (ObservationKind::Perception, _, Some(percepts)) => {
+            let odometry = robot.get::<Odometry>().map(|odometry| odometry.0).unwrap_or_default();
+            [id.team, id.team.opponent()].map(|team| {
+                let places = of_team(percepts, team).into_iter();
+                places.map(|place| odometry.transform_point(place)).collect()
+            })
+        }
+        _ => [Vec::new(), Vec::new()],
+    }
+}
+
+/// The places of the robots of `team` that are detected, m, robot frame.
+fn of_team(percepts: &Percepts, team: Team) -> Vec<Vec2> {
+    percepts.robots.iter().filter(|robot| robot.team == team).map(|robot| robot.position_m).collect()
+}
+
+/// The index in `places` of each of `count` robots: as they are followed in `tracks`, or else the nearest first.
+fn order_of(places: &[Vec2], count: u8, tracks: Option<&[Track]>) -> Vec<Option<usize>> {
+    let mut order: Vec<Option<usize>> = match tracks {
+        Some(tracks) => tracks.iter().map(|track| track.index).collect(),
+        None => {
+            let mut indices: Vec<usize> = (0..places.len()).collect();
+            indices.sort_by(|a, b| places[*a].length_squared().total_cmp(&places[*b].length_squared()));
+            indices.into_iter().map(Some).collect()
+        }
+    };
+    order.resize(usize::from(count), None);
+    order
 }
 
 /// The greatest distance in an observation, m. Larger ones are clamped.
@@ -72,44 +143,44 @@ const FARTHEST_M: f32 = 20.0;
 /// The greatest speed in an observation, m/s.
 const FASTEST_MPS: f32 = 10.0;
 /// The greatest age in an observation, s.
-const OLDEST_S: f32 = 10.0;
+pub(super) const OLDEST_S: f32 = 10.0;
 /// The number of line junctions in an observation: the nearest ones.
 const JUNCTIONS: u8 = 3;
 
-const PLACE: [f32; 2] = [-FARTHEST_M, FARTHEST_M];
+pub(super) const PLACE: [f32; 2] = [-FARTHEST_M, FARTHEST_M];
 const SPEED: [f32; 2] = [-FASTEST_MPS, FASTEST_MPS];
-const UNIT: [f32; 2] = [-1.0, 1.0];
-const AGE: [f32; 2] = [0.0, OLDEST_S];
+pub(super) const UNIT: [f32; 2] = [-1.0, 1.0];
+pub(super) const AGE: [f32; 2] = [0.0, OLDEST_S];
 
 /// The entries of the observation of robot `id` in the match of `world`.
-pub fn entries(kind: ObservationKind, world: &World, id: RobotId) -> Vec<ObservationEntry> {
+pub fn entries(form: ObservationForm, world: &World, id: RobotId) -> Vec<ObservationEntry> {
     let mut entries = Entries::default();
-    observe_into(&mut entries, kind, world, id, Others::of(world.resource(), id.team), &Memory::default());
+    observe_into(&mut entries, form, world, id, Others::of(world.resource(), id.team), &Memory::default());
     entries.0
 }
 
 /// Fills `array` with the observation of robot `id`. It has as many numbers as [`entries`] has entries.
-pub(crate) fn observe(array: &mut [f32], kind: ObservationKind, world: &World, id: RobotId, memory: &Memory) {
+pub(crate) fn observe(array: &mut [f32], form: ObservationForm, world: &World, id: RobotId, memory: &Memory) {
     let others = Others::of(world.resource(), id.team);
-    observe_into(&mut Values { array, filled: 0 }, kind, world, id, others, memory);
+    observe_into(&mut Values { array, filled: 0 }, form, world, id, others, memory);
 }
 
 /// The observation of robot `id` with entries for `others`: the nearest ones if the match has more of them; those that it lacks are unknown.
 pub(crate) fn observed(
-    kind: ObservationKind,
+    form: ObservationForm,
     world: &World,
     id: RobotId,
     others: Others,
     memory: &Memory,
 ) -> Vec<(ObservationEntry, f32)> {
     let mut observed = Vec::new();
-    observe_into(&mut observed, kind, world, id, others, memory);
+    observe_into(&mut observed, form, world, id, others, memory);
     observed
 }
 
 fn observe_into(
     sink: &mut impl Sink,
-    kind: ObservationKind,
+    form: ObservationForm,
     world: &World,
     id: RobotId,
     others: Others,
@@ -118,19 +189,27 @@ fn observe_into(
     let roster = world.resource::<Roster>();
     let Some(robot) = roster.get(id).and_then(|entity| world.get_entity(entity).ok()) else { return };
     let status = robot.get::<GameStatus>().copied().unwrap_or_default();
-    match kind {
+    let extras = form.extras;
+    let tracks = extras.tracked.then_some([memory.team_mates.as_slice(), memory.opponents.as_slice()]);
+    match form.kind {
         ObservationKind::Perception => {
             put_body(sink, &robot, memory);
-            put_percepts(sink, robot.get::<Percepts>(), &status, world, id, others);
+            put_percepts(sink, robot.get::<Percepts>(), &status, world, id, others, tracks);
         }
         ObservationKind::Belief => {
             put_body(sink, &robot, memory);
-            put_belief(sink, robot.get::<Belief>(), world, others);
+            put_belief(sink, robot.get::<Belief>(), world, others, tracks);
         }
         ObservationKind::Truth => put_truth(sink, &robot, world, id, others),
         ObservationKind::Body => put_body(sink, &robot, memory),
     }
     put_game(sink, &status, robot.get::<BodyStatus>().copied().unwrap_or_default(), id.team);
+    if extras.set_plays {
+        put_set_play(sink, &status, id.team);
+    }
+    if extras.messages {
+        put_messages(sink, &memory.heard, world, id, others.team_mates, extras.words);
+    }
 }
 
 /// Puts the state of the body, and the sonars.
@@ -184,6 +263,7 @@ fn put_percepts(
     world: &World,
     id: RobotId,
     others: Others,
+    tracks: Option<[&[Track]; 2]>,
 ) {
     let nothing = Percepts::default();
     let percepts = percepts.unwrap_or(&nothing);
@@ -201,14 +281,13 @@ fn put_percepts(
             put_seen(sink, group, number, posts.get(usize::from(number) - 1).copied());
         }
     }
-    for (group, team, count) in
-        [("team_mate", id.team, others.team_mates), ("opponent", id.team.opponent(), others.opponents)]
+    for (side, group, team, count) in
+        [(0, "team_mate", id.team, others.team_mates), (1, "opponent", id.team.opponent(), others.opponents)]
     {
-        let mut robots: Vec<Vec2> =
-            percepts.robots.iter().filter(|robot| robot.team == team).map(|robot| robot.position_m).collect();
-        nearest_first(&mut robots);
-        for number in 1..=count {
-            put_seen(sink, group, number, robots.get(usize::from(number) - 1).copied());
+        let robots = of_team(percepts, team);
+        let order = order_of(&robots, count, tracks.map(|tracks| tracks[side]));
+        for (number, index) in (1..=count).zip(order) {
+            put_seen(sink, group, number, index.and_then(|index| robots.get(index)).copied());
         }
     }
     let nearest = |is_it: fn(&LandmarkKind) -> bool| {
@@ -230,7 +309,13 @@ fn nearest_first(places: &mut [Vec2]) {
 }
 
 /// Puts the belief of the built-in estimator: other objects in the robot frame, the own pose in the team frame.
-fn put_belief(sink: &mut impl Sink, belief: Option<&Belief>, world: &World, others: Others) {
+fn put_belief(
+    sink: &mut impl Sink,
+    belief: Option<&Belief>,
+    world: &World,
+    others: Others,
+    tracks: Option<[&[Track]; 2]>,
+) {
     let nothing = Belief::default();
     let belief = belief.unwrap_or(&nothing);
     let [xx, _, yy, _, _, tt] = belief.pose_covariance;
@@ -253,17 +338,25 @@ fn put_belief(sink: &mut impl Sink, belief: Option<&Belief>, world: &World, othe
         .put("vy", SPEED, "velocity to the left, m/s", velocity.y)
         .put("position_sd", AGE, "standard deviation of its position, m", ops::sqrt((xx + yy).max(0.0)))
         .put("age", AGE, "time since it was seen, s", ball.age_s);
-    put_believed(sink, "team_mate", others.team_mates, belief.pose, &belief.team_mates);
-    put_believed(sink, "opponent", others.opponents, belief.pose, &belief.opponents);
+    for (side, group, count, robots) in
+        [(0, "team_mate", others.team_mates, &belief.team_mates), (1, "opponent", others.opponents, &belief.opponents)]
+    {
+        put_believed(sink, group, count, belief.pose, robots, tracks.map(|tracks| tracks[side]));
+    }
 }
 
-/// Puts the believed positions of other robots, the nearest first.
-fn put_believed(sink: &mut impl Sink, group: &'static str, count: u8, own: Pose, believed: &[RobotBelief]) {
-    let mut robots: Vec<(Vec2, f32)> =
-        believed.iter().map(|robot| (own.inverse_transform_point(robot.position_m), robot.age_s)).collect();
-    robots.sort_by(|(a, _), (b, _)| a.length_squared().total_cmp(&b.length_squared()));
-    for number in 1..=count {
-        let robot = robots.get(usize::from(number) - 1).copied();
+/// Puts the believed positions of other robots: as they are followed, or else the nearest first.
+fn put_believed(
+    sink: &mut impl Sink,
+    group: &'static str,
+    count: u8,
+    own: Pose,
+    believed: &[RobotBelief],
+    tracks: Option<&[Track]>,
+) {
+    let robots: Vec<Vec2> = believed.iter().map(|robot| own.inverse_transform_point(robot.position_m)).collect();
+    for (number, index) in (1..=count).zip(order_of(&robots, count, tracks)) {
+        let robot = index.and_then(|index| Some((*robots.get(index)?, believed.get(index)?.age_s)));
         let (place, age_s) = robot.unwrap_or_default();
         Group::new(sink, group, number)
             .flag("known", "1 if the robot knows of it; else it and the rest of its group are 0", robot.is_some())
@@ -378,6 +471,33 @@ fn put_game(sink: &mut impl Sink, status: &GameStatus, body: BodyStatus, team: T
     ] {
         own.flag(name, "1 while the body does this; all 0 while it stands", body == state);
     }
+}
+
+/// Puts the set play that the robot was told of, and other stops of the game.
+fn put_set_play(sink: &mut impl Sink, status: &GameStatus, team: Team) {
+    let (kind, of) = status.set_play.map_or((None, None), |set_play| (Some(set_play.kind), set_play.team));
+    let mut group = Group::new(sink, "set_play", 0);
+    for (name, kinds) in [
+        ("kick_off", &[SetPlayKind::KickOff][..]),
+        ("kick_in", &[SetPlayKind::KickIn]),
+        ("goal_kick", &[SetPlayKind::GoalKick]),
+        ("corner_kick", &[SetPlayKind::CornerKick]),
+        ("free_kick", &[SetPlayKind::PushingFreeKick, SetPlayKind::IndirectFreeKick]),
+        ("penalty_kick", &[SetPlayKind::PenaltyKick]),
+    ] {
+        group.flag(name, "1 during this set play; all 0 without one", kind.is_some_and(|kind| kinds.contains(&kind)));
+    }
+    group
+        .flag("own", "1 if the ball belongs to the own team in the set play", of == Some(team))
+        .flag("opponents", "1 if the ball belongs to the opponents in the set play", of == Some(team.opponent()))
+        .put(
+            "seconds_left",
+            [0.0, 60.0],
+            "seconds left of `ready`, of a free kick or of a time-out; else 0",
+            status.secondary_time_left_s.unwrap_or(0.0),
+        )
+        .flag("drop_ball", "1 if play was last restarted by a drop ball", status.drop_ball)
+        .flag("stopped", "1 while no robot may move", status.stopped);
 }
 
 /// The entries of the true state, for critics.

@@ -30,10 +30,17 @@ pub(super) fn check_same(
             "`{id}` is not decided for from outside in it; expected a match in which it is controlled"
         )));
     }
-    let found = settings.control.first().map(|id| entries(settings.observation, world, *id)).unwrap_or_default();
-    if found != expected || state_entries(world) != expected_state {
+    let found = settings.control.first().map(|id| entries(settings.observed(), world, *id)).unwrap_or_default();
+    // The ranges of an environment may be wider.
+    let fits = |(found, expected): &(&ObservationEntry, &ObservationEntry)| {
+        let wide = ObservationEntry { low: expected.low, high: expected.high, ..**found };
+        wide == **expected && expected.low <= found.low && found.high <= expected.high
+    };
+    let mut pairs = found.iter().zip(expected);
+    if found.len() != expected.len() || !pairs.clone().all(|pair| fits(&pair)) || state_entries(world) != expected_state
+    {
         let of_range = |entry: &ObservationEntry| format!("{} to {}", entry.low, entry.high);
-        let different = found.iter().zip(expected).find(|(found, expected)| found != expected);
+        let different = pairs.find(|pair| !fits(pair));
         let message = match different.filter(|_| found.len() == expected.len()) {
             Some((found, expected)) => {
                 format!(

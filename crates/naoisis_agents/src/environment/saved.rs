@@ -6,6 +6,7 @@ use naoisis_sim::simulation::{Snapshot, SnapshotError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+use super::counts::EpisodeOrigin;
 use super::ending::{Course, EpisodeProgress};
 use super::episode::Start;
 use super::observation::Memory;
@@ -28,6 +29,7 @@ struct SavedEpisode {
     standings: Vec<Standing>,
     progress: EpisodeProgress,
     course: Course,
+    origin: EpisodeOrigin,
 }
 
 impl Environments {
@@ -48,6 +50,7 @@ impl Environments {
                     standings: episode.standings.clone(),
                     progress: episode.progress,
                     course: episode.course,
+                    origin: episode.origin.clone(),
                 };
                 Ok(SavedWorld { snapshot, episode: encode(&saved).map_err(SnapshotError::NotEncoded)? })
             })
@@ -71,12 +74,14 @@ impl Environments {
             if let Some(bytes) = &world.snapshot {
                 Snapshot::from_bytes(bytes, &episode.world)?.restore(&mut episode.world)?;
                 episode.set_senses(settings);
+                episode.count(settings);
             }
             episode.seeds = state.seeds;
             episode.memories = state.memories;
             episode.standings = state.standings;
             episode.progress = state.progress;
             episode.course = state.course;
+            episode.origin = state.origin;
         }
         for (has_begun, world) in self.has_begun.iter_mut().zip(saved) {
             *has_begun = world.snapshot.is_some();

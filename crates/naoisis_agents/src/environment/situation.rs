@@ -38,6 +38,9 @@ pub enum SituationError {
     /// A robot of the situation is not in the match.
     #[error("there is no {0} in the match")]
     NoRobot(RobotId),
+    /// A range ends below its beginning, or is not finite.
+    #[error("{0} is from {1} to {2}; expected the least value and then the greatest")]
+    Range(String, f32, f32),
     /// All positions that were drawn are invalid.
     #[error("no start is possible in these areas: {0}")]
     Impossible(ScenarioFault),
@@ -99,6 +102,10 @@ impl StartArea {
     }
 }
 
+fn is_range([low, high]: &Range) -> bool {
+    low.is_finite() && high.is_finite() && low <= high
+}
+
 fn draw([low, high]: Range, stream: &mut RandomStream) -> f32 {
     low + (high - low) * stream.random::<f32>()
 }
@@ -117,11 +124,37 @@ impl Situation {
     /// # Errors
     /// If a robot is not in the match, or no positions of a hundred draws are possible.
     pub fn check(&self, scenario: &Scenario) -> Result<(), SituationError> {
+        if let Some((name, [low, high])) = self.ranges().find(|(_, range)| !is_range(range)) {
+            return Err(SituationError::Range(name, low, high));
+        }
         let mut robots = self.robots.keys().chain(self.carried.keys());
         match robots.find(|id| !scenario.has_robot(**id)) {
             Some(id) => Err(SituationError::NoRobot(*id)),
             None => self.try_drawn(scenario).map(drop).map_err(SituationError::Impossible),
         }
+    }
+
+    /// All ranges, with their names.
+    fn ranges(&self) -> impl Iterator<Item = (String, Range)> {
+        let of_area = |name: &str, area: &Area| {
+            [(format!("{name}.x_m"), area.x_m), (format!("{name}.y_m"), area.y_m)].into_iter()
+        };
+        let of_robots = |name: &'static str, robots: &BTreeMap<RobotId, StartArea>| {
+            let ranges = robots.iter().flat_map(move |(id, area)| {
+                let name = format!("{name}.{id}");
+                [("x_m", area.x_m), ("y_m", area.y_m), ("heading_deg", area.heading_deg)]
+                    .map(|(part, range)| (format!("{name}.{part}"), range))
+            });
+            ranges.collect::<Vec<_>>()
+        };
+        let ball = self.ball.iter().flat_map(|area| of_area("ball", area)).collect::<Vec<_>>();
+        let shot = self.ball_rolls.iter().flat_map(|shot| {
+            let speed = ("ball_rolls.speed_mps".to_owned(), shot.speed_mps);
+            of_area("ball_rolls.towards", &shot.towards).chain([speed])
+        });
+        let shot = shot.collect::<Vec<_>>();
+        let (robots, carried) = (of_robots("robots", &self.robots), of_robots("carried", &self.carried));
+        ball.into_iter().chain(shot).chain(robots).chain(carried)
     }
 
     /// Returns the scenario with start positions drawn by its seed; without a possible start, the scenario itself.

@@ -7,8 +7,10 @@ use std::sync::Arc;
 use std::thread;
 
 use super::action::NotAnAction;
+use super::counts::{EndedEpisode, EpisodeOrigin};
 use super::entry::ObservationEntry;
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
+use super::mask::mask;
 use super::observation::{entries, state, state_entries};
 use super::same::{check_same, image_bytes};
 
@@ -43,6 +45,8 @@ pub struct Arrays<'a> {
     pub final_observations: &'a mut [f32],
     /// The last images of finished episodes, like `final_observations`.
     pub final_images: &'a mut [u8],
+    /// The true state of each world, not of each agent, before a finished episode is followed by the next one; empty if it is not wanted.
+    pub final_states: &'a mut [f32],
 }
 
 /// Why worlds cannot be stepped or reset.
@@ -123,7 +127,7 @@ impl Environments {
         episodes.iter_mut().for_each(|episode| episode.stop = Arc::clone(&stop));
         let first = &mut episodes[0];
         first.begin(&settings)?;
-        let entries = settings.control.first().map(|id| entries(settings.observation, &first.world, *id));
+        let entries = settings.control.first().map(|id| entries(settings.observed(), &first.world, *id));
         let state_entries = state_entries(&first.world);
         let image_bytes = if settings.camera.is_some() { image_bytes(&first.world) } else { 0 };
         let has_begun = vec![false; episodes.len()];
@@ -165,6 +169,40 @@ impl Environments {
     /// The entries of the state of a world.
     pub fn state_entries(&self) -> &[ObservationEntry] {
         &self.state_entries
+    }
+
+    /// Widens the ranges of the entries of an observation to those of `others`, for episodes whose robots have other ranges. Returns false, and
+    /// changes nothing, if they have other names.
+    pub fn widen(&mut self, others: &[ObservationEntry]) -> bool {
+        let is_same = |(own, other): (&ObservationEntry, &ObservationEntry)| own.to_string() == other.to_string();
+        if self.entries.len() != others.len() || !self.entries.iter().zip(others).all(is_same) {
+            return false;
+        }
+        for (entry, other) in self.entries.iter_mut().zip(others) {
+            entry.low = entry.low.min(other.low);
+            entry.high = entry.high.max(other.high);
+        }
+        true
+    }
+
+    /// Returns what the episode of a world began from. Returns `None` if there is no such world.
+    pub fn origin(&self, world: usize) -> Option<&EpisodeOrigin> {
+        self.episodes.get(world).map(|episode| &episode.origin)
+    }
+
+    /// Returns the episode of a world that ended in the last step. Returns `None` if it goes on.
+    pub fn ended(&self, world: usize) -> Option<&EndedEpisode> {
+        self.episodes.get(world)?.ended.as_ref()
+    }
+
+    /// Returns for each choice of the next actions of all agents whether it has an effect, agent by agent, list by list. A continuous action has
+    /// no choices.
+    pub fn action_masks(&self) -> Vec<bool> {
+        let space = self.settings.actions();
+        let of_world = |episode: &Episode| {
+            self.settings.control.iter().flat_map(|id| mask(space, &episode.world, *id)).collect::<Vec<_>>()
+        };
+        self.episodes.iter().flat_map(of_world).collect()
     }
 
     /// The number of bytes of an image.
@@ -214,6 +252,7 @@ impl Environments {
             part.episode.start = start.cloned();
             guarded(part, simulator, |part| {
                 *part.has_begun = false;
+                part.episode.ended = None;
                 part.episode.begin(settings)?;
                 if start.is_some() {
                     check_same(settings, &part.episode.world, entries, state_entries, image_bytes)?;
@@ -232,9 +271,10 @@ impl Environments {
     /// have been stepped. When the step is [broken off](Self::stop); then all worlds need a reset.
     pub fn step(&mut self, actions: &[f32], arrays: Arrays) -> Result<(), EnvironmentError> {
         let settings = &self.settings;
-        let (length, agents) = (settings.action.len(), settings.control.len());
+        let space = settings.actions();
+        let (length, agents) = (space.len(), settings.control.len());
         for (row, action) in actions.chunks(length).enumerate() {
-            settings.action.check(action).map_err(|error| EnvironmentError::Action { row, error })?;
+            space.check(action).map_err(|error| EnvironmentError::Action { row, error })?;
         }
         let auto_reset = self.auto_reset;
         let waits = |(begun, episode): (&bool, &Episode)| {
@@ -261,6 +301,7 @@ fn step(settings: &EnvironmentSettings, auto_reset: AutoReset, part: &mut Part) 
     let Part { episode, actions, arrays, .. } = part;
     let begins = auto_reset == AutoReset::NextStep && episode.progress.is_over();
     if begins {
+        episode.ended = None;
         episode.begin(settings)?;
         arrays.rewards.fill(0.0);
     } else {
@@ -271,6 +312,9 @@ fn step(settings: &EnvironmentSettings, auto_reset: AutoReset, part: &mut Part) 
     arrays.truncations.fill(progress.truncated);
     for (success, id) in arrays.successes.iter_mut().zip(&settings.control) {
         *success = progress.success_of[id.team];
+    }
+    if !arrays.final_states.is_empty() {
+        state(arrays.final_states, &episode.world);
     }
     if auto_reset == AutoReset::SameStep && progress.is_over() {
         episode.observe(settings, arrays.final_observations, arrays.final_images);
@@ -315,13 +359,16 @@ fn parts<'a>(
         successes,
         final_observations,
         final_images,
+        final_states,
     } = arrays;
-    let sizes = [observations.len(), images.len(), final_observations.len(), final_images.len()].map(size);
+    let sizes = [&*observations, &*final_observations, &*final_states].map(|array| size(array.len()));
+    let image_sizes = [&*images, &*final_images].map(|array| size(array.len()));
     // An array that was not requested yields empty parts.
     let mut observations = observations.chunks_mut(sizes[0]);
-    let mut images = images.chunks_mut(sizes[1]);
-    let mut final_observations = final_observations.chunks_mut(sizes[2]);
-    let mut final_images = final_images.chunks_mut(sizes[3]);
+    let mut final_observations = final_observations.chunks_mut(sizes[1]);
+    let mut final_states = final_states.chunks_mut(sizes[2]);
+    let mut images = images.chunks_mut(image_sizes[0]);
+    let mut final_images = final_images.chunks_mut(image_sizes[1]);
     let (mut rewards, mut terminations) = (rewards.chunks_mut(agents), terminations.chunks_mut(agents));
     let (mut truncations, mut successes) = (truncations.chunks_mut(agents), successes.chunks_mut(agents));
     let mut actions = actions.chunks((agents * length).max(1));
@@ -341,6 +388,7 @@ fn parts<'a>(
                 successes: successes.next().unwrap_or_default(),
                 final_observations: final_observations.next().unwrap_or_default(),
                 final_images: final_images.next().unwrap_or_default(),
+                final_states: final_states.next().unwrap_or_default(),
             },
         })
         .collect()

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::{Choice, network};
-use crate::environment::action::ActionKind;
+use crate::environment::{ActionKind, ActionSpace};
 use naoisis_core::random::BehaviourRandom;
 
 /// The action that follows from the outputs of a network: the outputs themselves of a continuous action; otherwise the choices, or
 /// the scores of the choices of each list one after the other.
 pub(super) fn action_of(
-    kind: ActionKind,
+    space: ActionSpace,
     choice: Choice,
     outputs: &[f32],
     mut random: Option<&mut BehaviourRandom>,
@@ -17,15 +17,15 @@ pub(super) fn action_of(
     if outputs.iter().any(|output| !output.is_finite()) {
         return Err("an output is not finite".to_owned());
     }
-    if outputs.len() == kind.len() {
+    if outputs.len() == space.len() {
         return Ok(outputs.to_vec());
     }
-    let names = kind.names();
+    let names = space.names();
     let scores: usize = names.iter().map(Vec::len).sum();
-    if kind == ActionKind::Continuous || outputs.len() != scores {
-        let expected = match kind {
-            ActionKind::Continuous => format!("{}", kind.len()),
-            _ => format!("{scores} scores or {} choices", kind.len()),
+    if space.kind() == ActionKind::Continuous || outputs.len() != scores {
+        let expected = match space.kind() {
+            ActionKind::Continuous => format!("{}", space.len()),
+            _ => format!("{scores} scores or {} choices", space.len()),
         };
         return Err(format!("the action has {} numbers; expected {expected}", outputs.len()));
     }
@@ -63,11 +63,11 @@ fn drawn(scores: &[f32], random: &mut BehaviourRandom) -> usize {
 }
 
 /// The outputs by the names of the action.
-pub(super) fn named(kind: ActionKind, outputs: &[f32]) -> BTreeMap<String, f32> {
-    let names = kind.names();
-    let named: Vec<String> = if kind == ActionKind::Continuous {
+pub(super) fn named(space: ActionSpace, outputs: &[f32]) -> BTreeMap<String, f32> {
+    let names = space.names();
+    let named: Vec<String> = if space.kind() == ActionKind::Continuous {
         names.concat().iter().map(|name| (*name).to_owned()).collect()
-    } else if outputs.len() == kind.len() {
+    } else if outputs.len() == space.len() {
         (1..=outputs.len()).map(|list| format!("choice{list}")).collect()
     } else if names.len() == 1 {
         names.concat().iter().map(|name| (*name).to_owned()).collect()

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::network::{Network, NetworkError, Port, Tensor};
 use crate::environment::observation::Others;
-use crate::environment::{ActionKind, ObservationKind};
+use crate::environment::{ActionKind, ActionSpace, Extras, ObservationForm, ObservationKind};
 use naoisis_core::read_file::read_file;
 
 /// Size limit of an ONNX file, bytes.
@@ -25,6 +25,9 @@ pub struct PolicyLayout {
     pub observation: ObservationKind,
     /// The kind of action that follows from the network's output.
     pub action: ActionKind,
+    /// What is in the observation besides, and what the robot can say with its action.
+    #[serde(default, skip_serializing_if = "Extras::is_empty")]
+    pub extras: Extras,
     /// The number of cycles for which an action is held, from 1 to 1000: that of the learning environment.
     #[serde(default = "three")]
     pub cycles_per_step: u32,
@@ -71,6 +74,16 @@ pub struct StatePorts {
 }
 
 impl PolicyLayout {
+    /// The observation with its extras.
+    pub(super) fn observed(&self) -> ObservationForm {
+        ObservationForm { kind: self.observation, extras: self.extras }
+    }
+
+    /// The numbers of its action. The words of a layout are checked when it is read.
+    pub fn actions(&self) -> ActionSpace {
+        ActionSpace::new(self.action, self.extras.words).unwrap_or_else(|_| self.action.into())
+    }
+
     /// The other robots in the observation, if they are the same in all matches.
     pub(super) fn others(&self) -> Option<Others> {
         self.team_mates.zip(self.opponents).map(|(team_mates, opponents)| Others { team_mates, opponents })
@@ -167,6 +180,7 @@ impl LoadedPolicy {
         if layout.team_mates.is_some() != layout.opponents.is_some() {
             return Err("it has one of `team_mates` and `opponents`; expected both or none".to_owned());
         }
+        ActionSpace::new(layout.action, layout.extras.words).map_err(|error| format!("`extras.words`: {error}"))?;
         let index = |ports: &[Port], name: &str, what: &str| {
             let names = || ports.iter().map(|port| port.name.as_str()).collect::<Vec<_>>().join(", ");
             let index = ports.iter().position(|port| port.name == name);

@@ -23,7 +23,7 @@ pub use layout::{Choice, LoadedPolicy, PolicyError, PolicyLayout, StatePorts};
 use crate::agents::{AgentSettings, RobotCommand, give_command};
 use crate::environment::action::command;
 use crate::environment::attempts::ChallengePlayer;
-use crate::environment::episode::team_message;
+use crate::environment::episode::said;
 use crate::environment::observation::{Memory, ObservationKind, Others, observed};
 use naoisis_core::behaviour::remarks::Remarks;
 use naoisis_core::behaviour::{DecideSystems, Policy, PolicyNeeds, PolicyReader};
@@ -72,8 +72,11 @@ impl LoadedPolicies {
 pub struct PolicyState {
     /// The numbers of its last observation, by name.
     inputs: BTreeMap<String, f32>,
-    /// The odometry at the last observation.
+    /// What it needs to know of earlier cycles.
     memory: Memory,
+    /// Whether it keeps messages.
+    #[reflect(default)]
+    listens: bool,
     /// Cycles for which the last action is still held.
     cycles_left: u32,
     /// The walk of the last action.
@@ -148,7 +151,10 @@ fn decide(world: &mut World) {
         // The component stays, because robots that lose and gain one are moved in memory.
         let state = world.get_mut::<PolicyState>(entity).map(|mut state| core::mem::take(&mut *state));
         let mut state =
-            state.unwrap_or_else(|| PolicyState { memory: Memory { odometry: odometry(world, entity) }, ..default() });
+            state.unwrap_or_else(|| PolicyState { memory: Memory::at(odometry(world, entity)), ..default() });
+        if state.listens {
+            state.memory.listen(world, entity);
+        }
         if state.has_failed {
             world.entity_mut(entity).insert(state);
         } else if state.cycles_left > 0 {
@@ -173,8 +179,16 @@ fn decide_together(world: &mut World, team: Team, file: &str, mut robots: Vec<De
     };
     for robot in &mut robots {
         let others = policy.layout.others().unwrap_or_else(|| Others::of(world.resource(), robot.id.team));
-        let observed = observed(policy.layout.observation, world, robot.id, others, &robot.state.memory);
-        robot.state.memory.odometry = odometry(world, robot.entity);
+        let (form, memory) = (policy.layout.observed(), &mut robot.state.memory);
+        if form.extras.messages && !robot.state.listens {
+            robot.state.listens = true;
+            memory.listen(world, robot.entity);
+        }
+        if form.extras.tracked {
+            memory.follow(form.kind, world, robot.id, others);
+        }
+        let observed = observed(form, world, robot.id, others, memory);
+        memory.odometry = odometry(world, robot.entity);
         robot.observation = observed.iter().map(|(_, value)| *value).collect();
         robot.state.inputs = observed.into_iter().map(|(entry, value)| (entry.to_string(), value)).collect();
     }
@@ -191,7 +205,7 @@ fn decide_together(world: &mut World, team: Team, file: &str, mut robots: Vec<De
         match command {
             Ok((command, scores)) => {
                 give(world, robot.entity, command);
-                let values = choice::named(policy.layout.action, &scores);
+                let values = choice::named(policy.layout.actions(), &scores);
                 world.entity_mut(robot.entity).insert((Remarks { intention: None, values }, robot.state));
             }
             Err(problem) => lose(world, file, robot, &problem),
@@ -202,11 +216,13 @@ fn decide_together(world: &mut World, team: Team, file: &str, mut robots: Vec<De
 /// The command of a robot by the outputs of its policy, which is held for as many cycles as the layout says.
 fn act(world: &mut World, layout: &PolicyLayout, robot: &mut Deciding, scores: &[f32]) -> Result<RobotCommand, String> {
     let random = world.get_mut::<BehaviourRandom>(robot.entity);
-    let action = choice::action_of(layout.action, layout.choice, scores, random.map(Mut::into_inner))?;
-    layout.action.check(&action).map_err(|error| error.to_string())?;
-    let says = layout.observation == ObservationKind::Belief;
-    let say = says.then(|| team_message(world, robot.id)).flatten();
-    let command = RobotCommand { say, ..command(layout.action, &action, world, robot.id) };
+    let space = layout.actions();
+    let action = choice::action_of(space, layout.choice, scores, random.map(Mut::into_inner))?;
+    space.check(&action).map_err(|error| error.to_string())?;
+    let command = RobotCommand {
+        say: said(space, &action, layout.observation, world, robot.id),
+        ..command(layout.action, &action[..layout.action.len()], world, robot.id)
+    };
     robot.state.cycles_left = layout.cycles_per_step - 1;
     robot.state.walk = command.walk;
     Ok(command)

@@ -1,18 +1,18 @@
 use super::choice::{action_of, named};
 use super::*;
-use crate::environment::action::ActionKind;
+use crate::environment::{ActionKind, ActionSpace};
 
 #[test]
 fn choices_are_the_likeliest_or_drawn_by_their_scores() {
     let mut scores = vec![0.0; 13];
     scores[4] = 2.0;
-    assert_eq!(action_of(ActionKind::Discrete, Choice::Likeliest, &scores, None), Ok(vec![4.0]));
-    assert_eq!(action_of(ActionKind::Discrete, Choice::Likeliest, &[7.0], None), Ok(vec![7.0]));
+    assert_eq!(action_of(ActionKind::Discrete.into(), Choice::Likeliest, &scores, None), Ok(vec![4.0]));
+    assert_eq!(action_of(ActionKind::Discrete.into(), Choice::Likeliest, &[7.0], None), Ok(vec![7.0]));
     let mut random = BehaviourRandom::new(3, RobotId::new(Team::Blue, 1));
     let draws = 20_000;
     let mut of_four = 0;
     for _ in 0..draws {
-        let drawn = action_of(ActionKind::Discrete, Choice::Drawn, &scores, Some(&mut random)).unwrap();
+        let drawn = action_of(ActionKind::Discrete.into(), Choice::Drawn, &scores, Some(&mut random)).unwrap();
         assert!(ActionKind::Discrete.check(&drawn).is_ok());
         of_four += usize::from(drawn[0] == 4.0);
     }
@@ -21,24 +21,27 @@ fn choices_are_the_likeliest_or_drawn_by_their_scores() {
     // A list each: a walk, a direction, a kick.
     let mut lists = vec![0.0; 9 + 5 + 5];
     (lists[3], lists[9 + 2], lists[9 + 5 + 1]) = (1.0, 1.0, 1.0);
-    assert_eq!(action_of(ActionKind::MultiDiscrete, Choice::Likeliest, &lists, None), Ok(vec![3.0, 2.0, 1.0]));
+    assert_eq!(action_of(ActionKind::MultiDiscrete.into(), Choice::Likeliest, &lists, None), Ok(vec![3.0, 2.0, 1.0]));
 }
 
 #[test]
 fn outputs_that_are_no_action_are_refused() {
     let of = |kind, outputs: &[f32]| action_of(kind, Choice::Likeliest, outputs, None).unwrap_err();
-    assert_eq!(of(ActionKind::Continuous, &[0.0; 7]), "the action has 7 numbers; expected 8");
-    assert_eq!(of(ActionKind::Discrete, &[0.0; 12]), "the action has 12 numbers; expected 13 scores or 1 choices");
-    assert_eq!(of(ActionKind::Discrete, &[f32::NAN]), "an output is not finite");
+    assert_eq!(of(ActionKind::Continuous.into(), &[0.0; 7]), "the action has 7 numbers; expected 8");
+    assert_eq!(
+        of(ActionKind::Discrete.into(), &[0.0; 12]),
+        "the action has 12 numbers; expected 13 scores or 1 choices"
+    );
+    assert_eq!(of(ActionKind::Discrete.into(), &[f32::NAN]), "an output is not finite");
 }
 
 #[test]
 fn outputs_have_the_names_of_the_action() {
-    let names = |kind: ActionKind, count: usize| named(kind, &vec![0.0; count]).into_keys().collect::<Vec<_>>();
-    assert!(names(ActionKind::Continuous, 8).contains(&"walk.forward".to_owned()));
-    assert_eq!(names(ActionKind::Discrete, 13).len(), 13);
-    assert!(names(ActionKind::Velocities, 20).contains(&"3.turn_left".to_owned()));
-    assert_eq!(names(ActionKind::Velocities, 4), ["choice1", "choice2", "choice3", "choice4"]);
+    let names = |kind: ActionSpace, count: usize| named(kind, &vec![0.0; count]).into_keys().collect::<Vec<_>>();
+    assert!(names(ActionKind::Continuous.into(), 8).contains(&"walk.forward".to_owned()));
+    assert_eq!(names(ActionKind::Discrete.into(), 13).len(), 13);
+    assert!(names(ActionKind::Velocities.into(), 20).contains(&"3.turn_left".to_owned()));
+    assert_eq!(names(ActionKind::Velocities.into(), 4), ["choice1", "choice2", "choice3", "choice4"]);
 }
 
 #[test]

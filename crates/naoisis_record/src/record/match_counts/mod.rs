@@ -33,6 +33,7 @@
 //! "In play" is the state `playing` of the game. What takes time (distance, ball seen, errors) counts in play and without a
 //! penalty.
 
+mod episode;
 pub mod kicks;
 mod observed;
 mod robot_counts;
@@ -40,6 +41,7 @@ mod robot_counts;
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
+pub use episode::begin_episode;
 pub use kicks::KickOutcome;
 use kicks::{KickEnd, KickFollower, StruckKick};
 pub use observed::{MatchCounter, Observed, ObservedRobot};
