@@ -38,6 +38,7 @@ fn a_challenge_that_cannot_be_played_is_refused() {
         (&["TwoOnTwo", "--team", "exec:"], "names no program"),
         (&["TwoOnTwo", "--behaviour", "random", "--scenario", "new.json"], "decides outside of the match"),
         (&["all", "--scenario", "new.json"], "expected one task"),
+        (&["GoToBall", "--seed", "18446744073709551615", "--episodes", "2"], "--seed: 2 episodes have seeds beyond"),
         (&["all", "--watch", "3"], "--watch: expected one task"),
         (&["TwoOnTwo", "--behaviour", "random", "--watch", "3"], "decides outside of the match"),
         #[cfg(unix)]
@@ -106,11 +107,13 @@ fn results_are_verified_and_make_a_table_without_those_that_are_changed() {
     assert!(words.contains("with robots or ball elsewhere from 0."), "{words}");
 
     fs::write(folder.path().join("torn.json"), "{\"results\": [").unwrap();
+    fs::write(folder.path().join("empty.json"), "{\"results\": []}").unwrap();
     let output = run(&["leaderboard", ".", "--verify", "--json", "table.txt", "--html", "table.html"]);
     assert_eq!(output.status.code(), Some(1));
     let errors = text(&output.stderr);
     assert!(errors.contains("left out: ./changed.json: it is not confirmed"), "{errors}");
     assert!(errors.contains("left out: ./torn.json: this is no file of results"), "{errors}");
+    assert!(errors.contains("left out: ./empty.json: there are no results in it"), "{errors}");
     let table: Value = serde_json::from_slice(&fs::read(folder.path().join("table.txt")).unwrap()).unwrap();
     let players: Vec<&Value> = table.as_array().unwrap().iter().map(|row| &row["player"]).collect();
     assert_eq!((players.len(), players[0]), (3, &"chaser".into()));
@@ -130,6 +133,10 @@ fn an_episode_is_a_scenario_that_goes_the_same_way() {
     run(&[&task[..], &["--scenario", "episode.json"]].concat());
     let result: Value = serde_json::from_slice(&fs::read(folder.path().join("one.json")).unwrap()).unwrap();
     let time_s = result["results"][0]["rate"]["mean_time_s"].as_f64().unwrap();
+    let episode: Value = serde_json::from_slice(&fs::read(folder.path().join("episode.json")).unwrap()).unwrap();
+    assert!(episode["name"].as_str().unwrap().starts_with("ScoreEmptyGoal, seed 3: a success after "), "{episode}");
+    // It ends when the task does.
+    assert!((episode["duration_s"].as_f64().unwrap() - time_s).abs() < 0.001, "{episode}");
     let within = format!("blue.goals >= 1 within {} s", time_s + 0.02);
     run(&["run", "episode.json", "--expect", &within]);
     let earlier = format!("blue.goals >= 1 within {} s", time_s - 0.1);

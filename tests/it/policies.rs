@@ -97,7 +97,16 @@ fn a_clone_of_the_passers_scores_into_an_empty_goal_and_is_the_policy_of_its_fil
 
 #[test]
 fn a_match_with_a_policy_is_saved_with_its_state_and_repeats_itself() {
-    for behaviour in [json!({ "policy": SCORE }), json!("learned"), json!("passers_clone")] {
+    // A policy that follows other robots keeps them, too.
+    let folder = tempfile::tempdir().unwrap();
+    let following = folder.path().join("following.onnx");
+    fs::copy(SCORE.replace("score_empty_goal", "passers_clone"), &following).unwrap();
+    let layout = fs::read_to_string(SCORE.replace("score_empty_goal.onnx", "passers_clone.json")).unwrap();
+    let mut layout: Value = serde_json::from_str(&layout).unwrap();
+    layout["extras"] = json!({ "tracked": true });
+    fs::write(folder.path().join("following.json"), layout.to_string()).unwrap();
+    let following = json!({ "policy": following.to_str().unwrap() });
+    for behaviour in [json!({ "policy": SCORE }), json!("learned"), json!("passers_clone"), following] {
         a_match_of_a_policy_repeats_itself(&behaviour);
     }
 }
@@ -149,6 +158,15 @@ fn what_is_wrong_with_a_policy_is_said_before_the_match() {
             "expected 1 to 1000",
         ),
         (json!({ "observation": "belief", "action": "walks" }), "unknown variant `walks`"),
+        (
+            json!({ "observation": "belief", "action": "velocities", "state": state }),
+            "numbers; expected 20 scores or 4 choices of its `action`",
+        ),
+        (
+            json!({ "observation": "belief", "action": "discrete", "state": state, "extras": { "words": 1 } }),
+            "`extras.words`: an action `discrete` is one choice",
+        ),
+        (json!({ "observation": "belief", "action": "discrete", "extras": { "sets": 1 } }), "unknown field `sets`"),
         (
             json!({ "observation": "belief", "action": "discrete", "opponents": 1 }),
             "one of `team_mates` and `opponents`",

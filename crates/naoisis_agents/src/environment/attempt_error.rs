@@ -1,8 +1,8 @@
 //! Why a challenge cannot be played.
 
 use super::challenge::ChallengeError;
-use super::episode::StartError;
 use super::player::ChallengePlayer;
+use super::start_error::StartError;
 use naoisis_core::team::RobotId;
 
 /// Why a challenge cannot be played.

@@ -4,8 +4,8 @@ use bevy::prelude::*;
 use rand::RngExt;
 use serde_json::Value;
 
-use super::episode::StartError;
 use super::situation::Situation;
+use super::start_error::StartError;
 use crate::agents::with_remote_robots;
 use naoisis_core::random::RandomStream;
 use naoisis_core::team::RobotId;

@@ -3,6 +3,22 @@
 
 use core::fmt;
 
+/// The greatest distance in an observation, m. Larger ones are clamped.
+const FARTHEST_M: f32 = 20.0;
+/// The greatest speed in an observation, m/s.
+const FASTEST_MPS: f32 = 10.0;
+/// The greatest age in an observation, s.
+pub(super) const OLDEST_S: f32 = 10.0;
+
+/// The range of positions, m.
+pub(super) const PLACE: [f32; 2] = [-FARTHEST_M, FARTHEST_M];
+/// The range of velocities, m/s or rad/s.
+pub(super) const SPEED: [f32; 2] = [-FASTEST_MPS, FASTEST_MPS];
+/// The range of cosines, sines, and other numbers without a unit.
+pub(super) const UNIT: [f32; 2] = [-1.0, 1.0];
+/// The range of ages, s, and of standard deviations of positions, m.
+pub(super) const AGE: [f32; 2] = [0.0, OLDEST_S];
+
 /// One number of an observation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ObservationEntry {

@@ -10,12 +10,13 @@ use super::action_space::ActionSpace;
 use super::counts::{BeginCounter, EndedEpisode, EpisodeCounter, EpisodeOrigin};
 use super::draws::DrawnScenarios;
 use super::ending::{Course, EndConditions, EpisodeProgress};
-use super::extras::{Extras, ObservationForm};
+use super::extras::Extras;
 use super::heard::with_words;
-use super::observation::{Memory, ObservationKind, Others, observe};
+use super::observation::{Memory, ObservationForm, ObservationKind, Others, observe};
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
-use crate::agents::{self, AgentSettings, ProgramStartError, RobotCommand};
+use super::start_error::StartError;
+use crate::agents::{self, AgentSettings, RobotCommand};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::{CycleClock, perceive, run_cycle};
@@ -32,7 +33,7 @@ use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::scene::SensesNothing;
 use naoisis_sensing::sensing::sonar::SonarReading;
 use naoisis_sensing::sensing::vision::{Percepts, VisionSettings, VisionSource};
-use naoisis_sim::scenario::{Scenario, ScenarioFault};
+use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::{Snapshot, give_belief, start_match};
 
 /// The start of episodes.
@@ -51,29 +52,6 @@ pub enum Start {
     /// A moment of a match; each episode continues from it with other random numbers.
     Moment(Snapshot),
 }
-
-/// Why an episode cannot start.
-#[derive(Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// Its match cannot be started.
-    #[error(transparent)]
-    Scenario(#[from] ScenarioFault),
-    /// The scenario is not valid with the values that were drawn for it.
-    #[error("the values that were drawn make no scenario: {0}")]
-    Drawn(String),
-    /// The simulator cannot continue from its moment.
-    #[error("{0}")]
-    Moment(String),
-    /// A program that plays cannot be started.
-    #[error(transparent)]
-    Program(#[from] ProgramStartError),
-    /// The match of the episode differs from the one that the environment was made for.
-    #[error("an episode cannot start: {0}")]
-    Different(String),
-}
-
-naoisis_core::debug_as_displayed!(StartError);
 
 /// The settings that all worlds of an environment share.
 #[derive(Clone)]

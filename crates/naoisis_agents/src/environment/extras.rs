@@ -3,8 +3,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::observation::ObservationKind;
-
 /// The greatest number of words in a message of an agent.
 pub const MOST_WORDS: u8 = 8;
 
@@ -35,19 +33,4 @@ impl Extras {
 
 fn is_zero(words: &u8) -> bool {
     *words == 0
-}
-
-/// What an agent observes: the kind of observation, with its extras.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct ObservationForm {
-    /// The kind.
-    pub kind: ObservationKind,
-    /// The extras.
-    pub extras: Extras,
-}
-
-impl From<ObservationKind> for ObservationForm {
-    fn from(kind: ObservationKind) -> Self {
-        Self { kind, extras: Extras::default() }
-    }
 }

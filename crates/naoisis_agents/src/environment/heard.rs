@@ -4,9 +4,8 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-use super::entry::{Group, Sink};
+use super::entry::{AGE, Group, OLDEST_S, PLACE, Sink, UNIT};
 use super::extras::MOST_WORDS;
-use super::observation::{AGE, OLDEST_S, PLACE, UNIT};
 use naoisis_core::communication::{Inbox, ReceivedMessage, TeamMessage};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::geometry::Pose;

@@ -13,8 +13,8 @@ use core::f32::consts::PI;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::entry::{Entries, Group, ObservationEntry, Sink, Values};
-use super::extras::ObservationForm;
+use super::entry::{AGE, Entries, Group, ObservationEntry, PLACE, SPEED, Sink, UNIT, Values};
+use super::extras::Extras;
 use super::heard::{Heard, keep_newest, put_messages};
 use super::tracks::{Track, follow};
 use naoisis_core::ball::{Ball, BallVelocity};
@@ -44,6 +44,21 @@ pub enum ObservationKind {
     Truth,
     /// Everything except vision, for agents that observe camera images.
     Body,
+}
+
+/// What an agent observes: the kind of observation, with its extras.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ObservationForm {
+    /// The kind.
+    pub kind: ObservationKind,
+    /// The extras.
+    pub extras: Extras,
+}
+
+impl From<ObservationKind> for ObservationForm {
+    fn from(kind: ObservationKind) -> Self {
+        Self { kind, extras: Extras::default() }
+    }
 }
 
 /// The number of other robots in a match with an agent.
@@ -138,19 +153,8 @@ fn order_of(places: &[Vec2], count: u8, tracks: Option<&[Track]>) -> Vec<Option<
     order
 }
 
-/// The greatest distance in an observation, m. Larger ones are clamped.
-const FARTHEST_M: f32 = 20.0;
-/// The greatest speed in an observation, m/s.
-const FASTEST_MPS: f32 = 10.0;
-/// The greatest age in an observation, s.
-pub(super) const OLDEST_S: f32 = 10.0;
 /// The number of line junctions in an observation: the nearest ones.
 const JUNCTIONS: u8 = 3;
-
-pub(super) const PLACE: [f32; 2] = [-FARTHEST_M, FARTHEST_M];
-const SPEED: [f32; 2] = [-FASTEST_MPS, FASTEST_MPS];
-pub(super) const UNIT: [f32; 2] = [-1.0, 1.0];
-pub(super) const AGE: [f32; 2] = [0.0, OLDEST_S];
 
 /// The entries of the observation of robot `id` in the match of `world`.
 pub fn entries(form: ObservationForm, world: &World, id: RobotId) -> Vec<ObservationEntry> {

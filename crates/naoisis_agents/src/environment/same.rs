@@ -3,8 +3,9 @@
 use bevy::prelude::*;
 
 use super::entry::ObservationEntry;
-use super::episode::{EnvironmentSettings, StartError};
+use super::episode::EnvironmentSettings;
 use super::observation::{entries, state_entries};
+use super::start_error::StartError;
 use crate::agents::remote_robots;
 use naoisis_sensing::sensing::camera::CameraRendering;
 use naoisis_sim::scenario::Scenario;

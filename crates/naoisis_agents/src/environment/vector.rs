@@ -9,10 +9,11 @@ use std::thread;
 use super::action::NotAnAction;
 use super::counts::{EndedEpisode, EpisodeOrigin};
 use super::entry::ObservationEntry;
-use super::episode::{EnvironmentSettings, Episode, Start, StartError};
+use super::episode::{EnvironmentSettings, Episode, Start};
 use super::mask::mask;
 use super::observation::{entries, state, state_entries};
 use super::same::{check_same, image_bytes};
+use super::start_error::StartError;
 
 /// When a world starts the next episode after the end of one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

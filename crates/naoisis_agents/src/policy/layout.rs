@@ -201,7 +201,27 @@ impl LoadedPolicy {
             }
         };
         let (observation, action) = (other(network.inputs(), 0, "input")?, other(network.outputs(), 1, "output")?);
-        Ok(Self { network, layout, observation, action, states })
+        let policy = Self { network, layout, observation, action, states };
+        policy.check_action()?;
+        Ok(policy)
+    }
+
+    /// Checks that the network answers with an action of the layout, if it tells the length of its observation.
+    fn check_action(&self) -> Result<(), String> {
+        let port = &self.network.inputs()[self.observation];
+        let Some(Some(width)) = port.shape.last() else { return Ok(()) };
+        let outer: usize = port.shape.iter().rev().skip(1).map(|length| length.unwrap_or(1)).product();
+        let answer = self.run(vec![0.0; width * outer], &mut Vec::new())?;
+        let space = self.layout.actions();
+        let scores: usize = space.names().iter().map(Vec::len).sum();
+        let expected = match space.kind() {
+            ActionKind::Continuous => space.len().to_string(),
+            _ => format!("{scores} scores or {} choices", space.len()),
+        };
+        if answer.len() == space.len() || answer.len() == scores {
+            return Ok(());
+        }
+        Err(format!("the network answers {} numbers; expected {expected} of its `action`", answer.len()))
     }
 
     /// The layout.

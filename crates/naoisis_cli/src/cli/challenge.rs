@@ -2,6 +2,7 @@
 
 use clap::Args;
 use core::fmt::Write;
+use core::sync::atomic::AtomicBool;
 use serde_json::to_string_pretty;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -101,6 +102,11 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> E
             return report::usage_error(&message);
         }
     }
+    if first_seed(arguments).checked_add(u64::from(arguments.episodes).saturating_sub(1)).is_none() {
+        let message =
+            format!("--seed: {} episodes have seeds beyond {}; expected a smaller seed", arguments.episodes, u64::MAX);
+        return report::usage_error(&message);
+    }
     if let Some(path) = &arguments.scenario {
         let scenario = scenario_of("--scenario", program, arguments, &challenges, first_seed(arguments));
         return match scenario.map(|scenario| write(path, "--scenario", to_string_pretty(&scenario))) {
@@ -111,7 +117,7 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> E
     }
     if let Some(seed) = arguments.watch {
         let scenario = scenario_of("--watch", program, arguments, &challenges, seed);
-        return match scenario.and_then(|scenario| as_file(&scenario, seed)) {
+        return match scenario.and_then(|scenario| as_file(&scenario)) {
             Ok(file) => play_file(program, file.scenario.name.clone(), &file, display(), &PlayArguments::default()),
             Err(message) => report::usage_error(&message),
         };
@@ -255,7 +261,8 @@ pub(super) fn threads(wanted: Option<u16>) -> usize {
     wanted.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
 
-/// The episode of a seed as the first player plays it. Errors name the `option` for which it is wanted.
+/// The episode of a seed as the first player plays it, up to its end. Its name has the seed and the outcome, which is printed, too. Errors name the
+/// `option` for which it is wanted.
 fn scenario_of(
     option: &str,
     program: Program,
@@ -267,13 +274,21 @@ fn scenario_of(
     let player = players(challenge, *realism, arguments).into_iter().next();
     let player = player.ok_or_else(|| format!("{option}: expected --behaviour, --team or --policy"))?;
     let scenario = scenario_of_episode(challenge, &player, seed, program.simulator().world());
-    scenario.map_err(|error| error.to_string())
+    let scenario = scenario.map_err(|error| error.to_string())?;
+    let attempts = Attempts { episodes: 1, first_seed: seed, threads: 1 };
+    let mut played = None;
+    let simulator = || program.simulator();
+    play_attempts(challenge, &player, &attempts, simulator, &AtomicBool::new(false), |attempt| played = Some(attempt))
+        .map_err(|error| error.to_string())?;
+    let Some(attempt) = played else { return Ok(scenario) };
+    let name = format!("{}, seed {seed}: {}", scenario.name, outcome(&attempt));
+    report::note(&name);
+    Ok(Scenario { name, duration_s: Some(attempt.time_s as f32), ..scenario })
 }
 
-/// The scenario of an episode as that of a file. Its name has the seed.
-fn as_file(scenario: &Scenario, seed: u64) -> Result<ScenarioFile, String> {
-    let scenario = Scenario { name: format!("{} {seed}", scenario.name), ..scenario.clone() };
-    let text = to_string_pretty(&scenario).map_err(|error| error.to_string())?;
+/// The scenario of an episode as that of a file.
+fn as_file(scenario: &Scenario) -> Result<ScenarioFile, String> {
+    let text = to_string_pretty(scenario).map_err(|error| error.to_string())?;
     ScenarioFile::from_text(&text, Format::Json, &scenario.name).map_err(|error| error.to_string())
 }
 
@@ -290,7 +305,14 @@ pub(super) fn write(path: &Path, option: &str, text: serde_json::Result<String>)
 /// A message with the name of the file.
 pub(super) fn read_results(path: &Path) -> Result<ResultFile, String> {
     let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    ResultFile::from_text(&text).map_err(|error| format!("{}: {error}", path.display()))
+    let file = ResultFile::from_text(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    if file.results.is_empty() {
+        return Err(format!(
+            "{}: there are no results in it; expected those of `naoisis challenge --out`",
+            path.display()
+        ));
+    }
+    Ok(file)
 }
 
 /// Plays all results of a file again and prints what comes out otherwise. Results of programs are refused unless `programs` may be started.

@@ -83,7 +83,12 @@ pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> ExitCo
         match read {
             Ok(ResultFile { results }) => {
                 let file = path.file_name().unwrap_or_default().to_string_lossy();
-                rows.extend(results.into_iter().map(|result| Row { file: file.clone().into_owned(), result }));
+                for result in results {
+                    match rows.iter().find(|row: &&Row| row.result == result) {
+                        Some(row) => report::note(&format!("left out: {}: {} has the same", path.display(), row.file)),
+                        None => rows.push(Row { file: file.clone().into_owned(), result }),
+                    }
+                }
             }
             Err(message) => status = report::failure(&format!("left out: {message}")),
         }
