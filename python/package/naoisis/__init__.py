@@ -18,17 +18,22 @@ from typing import TYPE_CHECKING
 from naoisis import environments
 from naoisis._arguments import Scenario
 from naoisis._batch import Batch, batch
+from naoisis._evaluation import RECORD_SEED, Evaluation, evaluate
 from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
 from naoisis._pages import Page, show
 from naoisis._policies import Policy, export_policy
+from naoisis._statistics import Estimate
 from naoisis._traces import Trace, read_beliefs, read_tables, read_trace, trace_lines
 from naoisis.environments import MatchEnv, VectorEnv, vector_env
 from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotError, TraceError
 
 __all__ = [
     "LABELS",
+    "RECORD_SEED",
     "Batch",
+    "Estimate",
+    "Evaluation",
     "Match",
     "MatchEnv",
     "MatchError",
@@ -42,6 +47,7 @@ __all__ = [
     "VectorEnv",
     "__version__",
     "batch",
+    "evaluate",
     "export_policy",
     "parallel_env",
     "read_beliefs",
