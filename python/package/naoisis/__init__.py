@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from naoisis import environments
 from naoisis._arguments import Scenario
 from naoisis._batch import Batch, batch
+from naoisis._cross_play import CrossPlay, PairResult, cross_play
 from naoisis._evaluation import RECORD_SEED, Evaluation, evaluate
 from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
@@ -32,6 +33,7 @@ __all__ = [
     "LABELS",
     "RECORD_SEED",
     "Batch",
+    "CrossPlay",
     "Estimate",
     "Evaluation",
     "Match",
@@ -39,6 +41,7 @@ __all__ = [
     "MatchError",
     "NaoisisError",
     "Page",
+    "PairResult",
     "Policy",
     "ScenarioError",
     "SnapshotError",
@@ -47,6 +50,7 @@ __all__ = [
     "VectorEnv",
     "__version__",
     "batch",
+    "cross_play",
     "evaluate",
     "export_policy",
     "parallel_env",
