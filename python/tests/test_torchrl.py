@@ -1,4 +1,4 @@
-"""Many worlds as one environment of TorchRL."""
+"""Many worlds as one environment of TorchRL, and tasks of BenchMARL."""
 
 import importlib.util
 from pathlib import Path
@@ -184,3 +184,37 @@ def test_the_example_trains():
     spec.loader.exec_module(team)
     rewards = team.main(frames=512, worlds=4)
     assert len(rewards) == 1 and np.isfinite(rewards).all()
+
+
+def test_benchmarl_takes_tasks(tmp_path):
+    pytest.importorskip("benchmarl")
+    from benchmarl.algorithms import MappoConfig
+    from benchmarl.experiment import Experiment, ExperimentConfig
+    from benchmarl.models import MlpConfig
+
+    from naoisis.benchmarl import MatchTask
+
+    task = MatchTask("TwoOnTwo", {"observation": "belief", "set": SHORT, "max_steps": 12})
+    env = task.get_env_fun(2, False, 1, "cpu")()
+    assert list(task.state_spec(env).keys()) == ["state"]
+    assert [*task.observation_spec(env)["blue"].keys()] == ["observation"]
+    assert [*task.info_spec(env)["blue"].keys()] == ["info"] and task.info_spec(env).get("state", None) is None
+    assert task.group_map(env) == {"blue": ["blue_1", "blue_2"]} and task.max_steps(env) == 12
+    assert task.log_info(env.rollout(12, break_when_any_done=False)) == {"collection/blue/success_rate": 0.0}
+    config = ExperimentConfig.get_from_yaml()
+    config.max_n_iters, config.max_n_frames, config.loggers, config.create_json = 1, None, [], False
+    config.save_folder, config.render = str(tmp_path), False
+    config.on_policy_collected_frames_per_batch, config.on_policy_n_envs_per_worker = 40, 2
+    config.on_policy_n_minibatch_iters, config.on_policy_minibatch_size, config.evaluation_episodes = 1, 20, 2
+    config.evaluation_interval = 40
+    model = MlpConfig.get_from_yaml()
+    experiment = Experiment(
+        task=task,
+        algorithm_config=MappoConfig.get_from_yaml(),
+        model_config=model,
+        critic_model_config=model,
+        seed=0,
+        config=config,
+    )
+    experiment.run()
+    assert experiment.n_iters_performed == 1
