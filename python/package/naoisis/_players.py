@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, Union
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -23,7 +23,7 @@ class PolicyWithMemory(Protocol):
         """Returns the actions of several robots, and the memory of each after them; it is empty at the start of an episode."""
 
 
-AnyPolicy = Union[str, "os.PathLike[str]", Policy, Callable[[Any], Any], PolicyWithMemory]
+AnyPolicy = str | os.PathLike[str] | Policy | Callable[[Any], Any] | PolicyWithMemory
 """An ONNX file, a :class:`naoisis.Policy`, a function from observations to actions, row by row, or an object with a memory."""
 
 
