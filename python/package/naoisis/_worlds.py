@@ -11,6 +11,7 @@ from gymnasium import spaces
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, check_set, control_of, count_of, match_of, seed_of, word_of
+from naoisis._names import suggesting_tasks
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -44,6 +45,7 @@ class WorldOptions(CommonOptions, total=False):
 class Worlds:
     """Worlds and the arrays that they fill. Each row is an agent; the agents of a world are neighbours."""
 
+    @suggesting_tasks
     def __init__(
         self,
         scenario: Scenario,
