@@ -12,7 +12,8 @@ def test_a_misspelt_task_is_answered_with_the_nearest(name, meant):
     makers = (naoisis.MatchEnv, naoisis.VectorEnv, lambda task: naoisis.evaluate(lambda seen: seen, task, 1))
     for make in makers:
         with pytest.raises(
-            naoisis.ScenarioError, match=f"{name}: there is no task .*: did you mean `{meant}`. expected"
+            naoisis.ScenarioError,
+            match=f"{name}: there is no built-in scenario .*: did you mean the task `{meant}`. expected",
         ) as error:
             make(name)
         assert error.value.file == name and "naoisis.tasks()" in error.value.expected
@@ -33,4 +34,4 @@ def test_a_misspelt_task_is_answered_with_the_nearest(name, meant):
 def test_other_errors_stay_as_they_are(arguments, words):
     with pytest.raises(naoisis.ScenarioError, match=words) as error:
         naoisis.MatchEnv(**arguments)
-    assert "task" not in str(error.value)
+    assert "the task" not in str(error.value)

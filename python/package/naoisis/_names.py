@@ -35,7 +35,7 @@ def suggesting_tasks(make: Make) -> Make:
             if not str(error).startswith(f"{scenario}: there is no built-in scenario"):
                 raise
             expected = f"{error.expected}, or a task's name, see naoisis.tasks()"
-            message = f"{scenario}: there is no task or built-in scenario of this name, and no such file: did you mean `{meant}`? expected {expected}"
+            message = f"{scenario}: there is no built-in scenario of this name, and no such file: did you mean the task `{meant}`? expected {expected}"
             raise ScenarioError(message, error.file, expected=expected) from None
 
     return cast(Make, made)
