@@ -93,7 +93,8 @@ def evaluate(
     the same seeds, and as those of environments that are reset with them; the result does not depend on ``num_envs`` and ``threads``.
 
     Args:
-        policy: An ONNX file or a :class:`naoisis.Policy`, which is played with its own observation, action and cycles per step; or a function
+        policy: An ONNX file or a :class:`naoisis.Policy`, which is played with its own observation, action and cycles per step, in a match with as
+            many robots as it was made for (``naoisis challenge --policy`` plays it with others, too); or a function
             of the observations of some robots, one row each, to their actions. The robots differ from step to step, so a policy with a
             memory has to be a :class:`naoisis.Policy`, or an object that has no ``__call__``, but the method ``act`` of one.
         task: A task's name (:func:`naoisis.tasks`), or a scenario as of :class:`naoisis.Match`.
