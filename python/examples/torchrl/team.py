@@ -1,6 +1,6 @@
-"""Trains a team by multi-agent PPO with TorchRL: ``python team.py [frames] [worlds]``.
+"""Trains a team by multi-agent PPO with TorchRL: ``python team.py [frames] [worlds] [task]``.
 
-Two robots share one policy, which observes what each of them believes; the critic knows the true state. The groups of the environment are
+All robots of the task share one policy, which observes what each of them believes; the critic knows the true state. The groups of the environment are
 the teams, so the same program is that of any other multi-agent environment of TorchRL.
 """
 
@@ -21,10 +21,10 @@ from naoisis.torchrl import MatchEnv
 STEPS = 128
 
 
-def main(frames: int = 200_000, worlds: int = 32) -> list[float]:
+def main(frames: int = 200_000, worlds: int = 32, task: str = "TwoOnTwo") -> list[float]:
     """Plays ``frames`` steps, summed over the worlds. Returns the mean reward of a step in each batch."""
     torch.manual_seed(1)
-    env = MatchEnv("TwoOnTwo", worlds, observation="belief", action="discrete")
+    env = MatchEnv(task, worlds, observation="belief", action="discrete")
     robots, numbers = len(env.group_map["blue"]), len(env.observation_names)
     team = [("blue", "reward")], [("blue", "episode_reward")]
     env = TransformedEnv(env, RewardSum(*team, reset_keys=["_reset"]))
@@ -91,4 +91,4 @@ def main(frames: int = 200_000, worlds: int = 32) -> list[float]:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(*map(int, sys.argv[1:3]), *sys.argv[3:])
