@@ -146,7 +146,7 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
     good = naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", env, note="good")
     observation = np.zeros(length, np.float32)
     answer = good(observation)
-    with pytest.raises(ValueError, match="the policy answers 5 numbers; expected 13 scores, or 1 choices"):
+    with pytest.raises(ValueError, match="^module: the network answers 5 numbers; expected 13 scores or 1 choices"):
         naoisis.export_policy(torch.nn.Linear(length, 5), tmp_path / "policy.onnx", env)
     with pytest.raises(ValueError, match="interactions|invalid value"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", env, interactions=-1)

@@ -18,24 +18,32 @@ from typing import TYPE_CHECKING
 from naoisis import environments
 from naoisis._arguments import Scenario
 from naoisis._batch import Batch, batch
+from naoisis._cross_play import CrossPlay, PairResult, cross_play
+from naoisis._evaluation import RECORD_SEED, Evaluation, evaluate
 from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
 from naoisis._pages import Page, show
 from naoisis._policies import Policy, export_policy
 from naoisis._rewards import BatchReward, Steps, batch_reward
+from naoisis._statistics import Estimate
 from naoisis._traces import Trace, read_beliefs, read_tables, read_trace, trace_lines
 from naoisis.environments import MatchEnv, VectorEnv, vector_env
 from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotError, TraceError
 
 __all__ = [
     "LABELS",
+    "RECORD_SEED",
     "Batch",
     "BatchReward",
+    "CrossPlay",
+    "Estimate",
+    "Evaluation",
     "Match",
     "MatchEnv",
     "MatchError",
     "NaoisisError",
     "Page",
+    "PairResult",
     "Policy",
     "ScenarioError",
     "SnapshotError",
@@ -46,6 +54,8 @@ __all__ = [
     "__version__",
     "batch",
     "batch_reward",
+    "cross_play",
+    "evaluate",
     "export_policy",
     "parallel_env",
     "read_beliefs",

@@ -6,11 +6,11 @@ import math
 import operator
 import os
 from collections.abc import Iterable, Mapping
-from typing import Any, Union
+from typing import Any
 
 from naoisis.errors import ScenarioError
 
-Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+Scenario = str | os.PathLike[str] | Mapping[str, Any]
 """A built-in scenario's name, the path of a ``.ron`` or ``.json`` file, or the scenario itself."""
 
 LARGEST_SEED = 2**64 - 1

@@ -204,10 +204,22 @@ def export_policy(
             **exporter,
         )
         written.with_suffix(".json").write_text(json.dumps(layout, indent=2) + "\n")
-        _compare(Policy(written), module, observations, states)
+        _compare(_written(written), module, observations, states)
         for suffix in (".onnx", ".json"):
             os.replace(written.with_suffix(suffix), path.with_suffix(suffix))
     return Policy(path)
+
+
+def _written(path: Path) -> Policy:
+    """The policy of files that have just been written. Errors are of the module, not of the files."""
+    try:
+        return Policy(path)
+    except ValueError as error:
+        of_files = (f"{path.with_suffix(suffix)}: " for suffix in (".onnx", ".json"))
+        problem = str(error)
+        for prefix in of_files:
+            problem = problem.removeprefix(prefix)
+        raise ValueError(f"module: {problem}") from None
 
 
 def _others(names: Sequence[str]) -> dict[str, int]:

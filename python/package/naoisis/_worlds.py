@@ -10,7 +10,9 @@ import numpy as np
 from gymnasium import spaces
 
 from naoisis import _naoisis
-from naoisis._arguments import Scenario, check_set, control_of, count_of, match_of, seed_of, word_of
+from naoisis._arguments import Scenario, control_of, count_of, match_of, seed_of
+from naoisis._names import suggesting_tasks
+from naoisis._options import changes_of, check_memory, draws_of, extras_of, opponents_of, weights_of, words_of
 from naoisis._rewards import BatchReward, Steps
 
 if TYPE_CHECKING:
@@ -49,6 +51,7 @@ class WorldOptions(CommonOptions, total=False):
 class Worlds:
     """Worlds and the arrays that they fill. Each row is an agent; the agents of a world are neighbours."""
 
+    @suggesting_tasks
     def __init__(
         self,
         scenario: Scenario,
@@ -77,9 +80,9 @@ class Worlds:
         controlled = options.get("control")
         control = None if controlled is None else control_of(controlled)
         observation, action = options.get("observation", "perception"), options.get("action", "continuous")
-        levels = _words(options.get("realism"), "realism", "a level of realism")
+        levels = words_of(options.get("realism"), "realism", "a level of realism")
         made = match_of(scenario, set=options.get("set"), realism=levels[0] if levels else None)
-        side, pool = _opponents(options.get("opponents"), control)
+        side, pool = opponents_of(options.get("opponents"), control)
         if pool:
             made[side] = pool[0]
         self._levels, self._pool = levels, pool
@@ -98,7 +101,7 @@ class Worlds:
             if not isinstance(word, str) and not (name == "camera" and word is None):
                 raise TypeError(f"{name}: expected a text, not {word!r}")
         count = count_of(worlds, "num_envs", most=1_000_000)
-        _check_memory(count)
+        check_memory(count)
         self.inner = _naoisis.Environments(
             made,
             {
@@ -110,11 +113,11 @@ class Worlds:
                 "image_size": [count_of(height, "image_size", most=4096), count_of(width, "image_size", most=4096)],
                 "action": action,
                 "cycles_per_step": None if cycles is None else count_of(cycles, "cycles_per_step"),
-                "reward": None if callable(reward) or isinstance(reward, BatchReward) else _weights(reward),
+                "reward": None if callable(reward) or isinstance(reward, BatchReward) else weights_of(reward),
                 "own_reward": self.own_reward is not None,
                 "realisms": levels[1:],
                 "draws": draws,
-                "extras": _extras(options.get("extras", ()), options.get("says", 0)),
+                "extras": extras_of(options.get("extras", ()), options.get("says", 0)),
                 "statistics": bool(options.get("statistics", False)),
                 "worlds": count,
                 "auto_reset": auto_reset,
@@ -123,7 +126,7 @@ class Worlds:
         )
         self.observation, self.action = observation, action
         # As in the layout of a policy.
-        extras = _extras(options.get("extras", ()), options.get("says", 0))
+        extras = extras_of(options.get("extras", ()), options.get("says", 0))
         self.extras = {name: value for name, value in extras.items() if value}
         self.agents = self.inner.control
         self.worlds = int(worlds)
@@ -324,171 +327,6 @@ class Worlds:
         """A picture of the field of a world."""
         height, width = size
         return self.inner.picture(world, width, height)
-
-
-CHANGES = ("set", "situation", "snapshot", "draws")
-
-
-def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The changes of episodes by the options of a reset; None if there are none."""
-    changes: dict[str, Any] = dict.fromkeys(CHANGES)
-    for name in ("set", "situation"):
-        value = options.get(name)
-        if value is not None and not isinstance(value, Mapping):
-            raise TypeError(f"options: {name}: expected a dictionary, not {value!r}")
-        changes[name] = None if value is None else dict(value)
-    check_set(changes["set"])
-    changes["draws"] = None if options.get("draws") is None else draws_of(options["draws"])
-    snapshot = options.get("snapshot")
-    if snapshot is not None:
-        if not isinstance(snapshot, (bytes, bytearray)):
-            raise TypeError(
-                f"options: snapshot: expected the bytes of a match's snapshot, not {type(snapshot).__name__}"
-            )
-        if any(changes[name] is not None for name in ("set", "situation", "draws")):
-            raise ValueError("options: a snapshot cannot be changed; expected no `set` and no `situation` beside it")
-        changes["snapshot"] = bytes(snapshot)
-    return changes if any(value is not None for value in changes.values()) else None
-
-
-def check_options(options: Mapping[str, Any] | None, *more: str) -> None:
-    """Checks that a reset knows all of its options."""
-    if options is not None and not isinstance(options, Mapping):
-        raise TypeError(f"options: expected a dictionary, not {options!r}")
-    for name in options or ():
-        if name not in (*CHANGES, *more):
-            raise ValueError(f"options: there is no {name!r}; expected {', '.join((*CHANGES, *more))}")
-
-
-def _opponents(opponents: Any, control: list[str] | None) -> tuple[str, list[str]]:
-    """The side of the opponents, and the names of the teams from which one is drawn for each episode."""
-    side = "blue" if control and control[0].startswith("pink") else "pink"
-    if opponents is None or isinstance(opponents, str):
-        return side, [] if opponents is None else [opponents]
-    if not isinstance(opponents, Sequence) or not opponents:
-        raise TypeError(f"opponents: expected the name of a team, or a list of names, not {opponents!r}")
-    for team in opponents:
-        word_of(team, "opponents")
-    return side, list(opponents)
-
-
-def _words(words: Any, name: str, what: str) -> list[str]:
-    """One word, or a list of words; none for None."""
-    if words is None or isinstance(words, str):
-        return [] if words is None else [words]
-    if not isinstance(words, Sequence) or not words or not all(isinstance(word, str) for word in words):
-        raise TypeError(f"{name}: expected {what}, or a list of them, not {words!r}")
-    return list(words)
-
-
-def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
-    """The fields that are drawn, whether each has a range, and its values."""
-    if draws is None:
-        return []
-    if not isinstance(draws, Mapping):
-        raise TypeError(f"draws: expected a dictionary of fields and what their values are drawn from, not {draws!r}")
-    check_set(draws)
-    fields: list[tuple[str, bool, list[Any]]] = []
-    for field, values in draws.items():
-        if not isinstance(field, str):
-            raise TypeError(f"draws: expected fields, such as 'messages.loss', not {field!r}")
-        if isinstance(values, tuple):
-            try:
-                low, high = map(float, values)
-            except (TypeError, ValueError):
-                raise TypeError(f"draws: {field}: expected the least and the greatest number, not {values!r}") from None
-            if not (np.isfinite(low) and np.isfinite(high) and low <= high):
-                raise ValueError(f"draws: {field}: {values} is no range; expected the least and the greatest number")
-            fields.append((field, True, [low, high]))
-        elif isinstance(values, list) and values:
-            fields.append((field, False, values))
-        else:
-            raise TypeError(
-                f"draws: {field}: expected a range, as a tuple of two numbers, or a list of values, not {values!r}"
-            )
-    return fields
-
-
-EXTRAS = ("set_plays", "messages", "tracked")
-
-
-def _extras(extras: Any, says: Any) -> dict[str, Any]:
-    if isinstance(extras, str) or not isinstance(extras, Iterable):
-        raise TypeError(f"extras: expected a list of {', '.join(EXTRAS)}, not {extras!r}")
-    wanted = list(extras)
-    for extra in wanted:
-        if extra not in EXTRAS:
-            raise ValueError(f"extras: there is no {extra!r}; expected {', '.join(EXTRAS)}")
-    return {**{extra: extra in wanted for extra in EXTRAS}, "words": count_of(says, "says", least=0, most=8)}
-
-
-def vector_info(of_rows: Mapping[int, Mapping[str, Any]], rows: int) -> dict[str, Any]:
-    """The infos of some rows as arrays of all rows: beside each array ``name`` is ``_name``, true for rows that have a value."""
-    info: dict[str, Any] = {}
-    for name in dict.fromkeys(name for of_row in of_rows.values() for name in of_row):
-        values = {row: of_row[name] for row, of_row in of_rows.items() if name in of_row}
-        has = np.zeros(rows, np.bool_)
-        has[list(values)] = True
-        info[f"_{name}"] = has
-        first = next(iter(values.values()))
-        if isinstance(first, Mapping):
-            info[name] = vector_info(values, rows)
-            continue
-        dtype: Any = object
-        if name == "seed":
-            dtype = np.uint64
-        elif all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values.values()):
-            dtype = np.float64
-        array = np.full(rows, None, object) if dtype is object else np.zeros(rows, dtype)
-        for row, value in values.items():
-            array[row] = value
-        info[name] = array
-    return info
-
-
-def _weights(reward: Mapping[str, float] | None) -> dict[str, float] | None:
-    if reward is None:
-        return None
-    if not isinstance(reward, Mapping):
-        names = ", ".join(name for name, _ in _naoisis.Environments.rewards())
-        raise TypeError(f"reward: expected a dictionary of {names} and their weights, not {reward!r}")
-    weights = {}
-    for name, weight in reward.items():
-        try:
-            weights[name] = float(weight)
-        except (TypeError, ValueError) as error:
-            raise type(error)(f"reward: expected a number for {name}, not {weight!r}") from None
-    return weights
-
-
-# Memory of a world, MB: less than that of the smallest task.
-_LEAST_WORLD_MB = 0.5
-
-
-def _check_memory(worlds: int) -> None:
-    """Raises a MemoryError if so many worlds cannot fit in memory. A failed allocation would end the whole interpreter."""
-    needed, available = _LEAST_WORLD_MB * worlds, _available_mb()
-    if available is not None and needed > available:
-        raise MemoryError(
-            f"num_envs: {worlds:,} worlds need more than {needed / 1000:,.1f} GB; {available / 1000:,.1f} GB are available"
-        )
-
-
-def _available_mb() -> float | None:
-    """Returns the memory that this process can still allocate, MB; None on systems without ``/proc``."""
-    try:
-        with open("/proc/meminfo") as file:
-            available = next(int(line.split()[1]) / 1000 for line in file if line.startswith("MemAvailable:"))
-        import resource
-
-        most = resource.getrlimit(resource.RLIMIT_AS)[0]
-        if most != resource.RLIM_INFINITY:
-            with open("/proc/self/statm") as file:
-                used = int(file.read().split()[0]) * resource.getpagesize()
-            available = min(available, max(0, most - used) / 1e6)
-    except (OSError, StopIteration, ValueError, ImportError):
-        return None
-    return available
 
 
 def agent_name(robot: str) -> str:

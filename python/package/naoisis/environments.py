@@ -12,8 +12,10 @@ from gymnasium.vector.utils import batch_space
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, count_of
+from naoisis._infos import vector_info
+from naoisis._options import check_options
 from naoisis._view import View, check_render_mode, modes_here
-from naoisis._worlds import Worlds, check_options, vector_info
+from naoisis._worlds import Worlds
 from naoisis.errors import MatchError
 
 if TYPE_CHECKING:
@@ -392,7 +394,7 @@ def register() -> None:
     Importing :mod:`naoisis` does it, and so does the name of the module in ``gymnasium.make("naoisis:naoisis/NAME-vN")``.
     """
     for seen, version, _ in _naoisis.challenges():
-        for name in (seen, f"{seen}_unseen", f"{seen}_images"):
+        for name in (seen, f"{seen}_unseen", f"{seen}_images", f"{seen}_images_unseen"):
             gymnasium.register(
                 id=f"naoisis/{name}-v{version}",
                 entry_point="naoisis.environments:MatchEnv",

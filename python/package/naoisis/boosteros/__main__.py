@@ -2,4 +2,5 @@
 
 from naoisis.boosteros.runner import main
 
-main()
+if __name__ == "__main__":
+    main()
