@@ -120,10 +120,10 @@ fn is_for_audience(display: &DisplaySettings) -> bool {
     }
 }
 
-/// The free area in the last frame, logical pixels of the panels.
+/// The free area in sight in the last frame, logical pixels of the panels.
 fn in_panels(free: &FreeArea, context: &egui::Context) -> egui::Rect {
     let (window, zoom) = (context.content_rect().size(), context.zoom_factor());
-    let free = free.within(zoom * Vec2::new(window.x, window.y));
+    let free = free.in_sight(zoom * Vec2::new(window.x, window.y));
     let [least, most] = [free.min, free.max].map(|corner| Pos2::new(corner.x / zoom, corner.y / zoom));
     egui::Rect::from_min_max(least, most)
 }

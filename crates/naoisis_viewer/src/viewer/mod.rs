@@ -66,7 +66,7 @@
 //! | [`report_state`] | the state of the window as JSON lines |
 //! | `window_title` | the title of the window |
 //! | [`widgets`] | the buttons and boxes of the panels, by name |
-//! | [`theme`], `layout` | dark and light panels, and their layout |
+//! | [`theme`], `layout`, `floating` | dark and light panels, and their layout |
 //! | `labels` | names of robots, words of overlays |
 //! | [`event_log`] | the log of events |
 //! | [`event_filter`] | the filter of the list of events |
@@ -102,6 +102,7 @@ mod events_panel;
 mod field;
 pub mod film;
 pub mod first_frame;
+mod floating;
 pub mod frame_cost;
 pub mod frames;
 mod ghost_models;

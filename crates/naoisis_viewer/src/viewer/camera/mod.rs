@@ -381,7 +381,7 @@ fn move_camera(
 ) {
     let (mut camera, mut transform, mut projection) = camera.into_inner();
     let window = size_of(window);
-    let wanted = free.within(window);
+    let wanted = free.in_sight(window);
     let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
     let mut area = eased.map_or(wanted, |before| between_areas(before, wanted, share));
     let mut field_of_view = FIELD_OF_VIEW;
