@@ -258,14 +258,15 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
     let window = context.content_rect();
     // Between the bars, whose buttons stay in sight, over the other panels.
     let between = layout::between_bars(context).y_range();
-    let (width, height) = (WIDTH.min(window.width() - 6.0 * MARGIN).max(100.0), (between.span() - AROUND).max(100.0));
+    let (width, height) = (WIDTH.min(window.width() - 5.0 * MARGIN).max(100.0), (between.span() - AROUND).max(100.0));
     let lower = between.center() - window.center().y;
     panel("help", Align2::CENTER_CENTER, [0.0, lower]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
             ui.set_width(width);
             ui.label(bright("Keys").size(text_size::TITLE).strong());
             ui.add_space(6.0);
-            egui::ScrollArea::both().max_height(height).min_scrolled_height(height).show(ui, show_keys);
+            let keys = egui::ScrollArea::both().max_height(height).min_scrolled_height(height);
+            keys.auto_shrink([false, true]).show(ui, show_keys);
             ui.add_space(6.0);
             if ui.button("Close").clicked() {
                 actions.write(Action::Toggle(Switch::Help));
