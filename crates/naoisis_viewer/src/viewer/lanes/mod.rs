@@ -305,9 +305,10 @@ fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
 fn mistake_words(mistake: &Mistake) -> String {
     let joins = if mistake.kind == MistakeKind::BallGivenAway { "to" } else { "with" };
     let other = mistake.other.map_or_else(String::new, |other| format!(" {joins} {other}"));
-    let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
     // The time of a pass to the other team says nothing about the mistake.
     let length_s = if mistake.kind == MistakeKind::BallGivenAway { 0.0 } else { mistake.until_s - mistake.from_s };
+    let at_most = if length_s > 0.0 { "up to " } else { "" };
+    let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {at_most}{worst:.2} {}", mistake.unit()));
     let length = if length_s > 0.0 { format!(", for {length_s:.1} s") } else { String::new() };
     format!("{}: {}{other}{worst}{length}", mistake.robot, mistake.kind)
 }
@@ -391,5 +392,8 @@ mod tests {
         assert_eq!(mistake_words(&mistake), "pink1: kick missed");
         let given_away = Mistake { kind: MistakeKind::BallGivenAway, other: Some(BLUE), ..mistake };
         assert_eq!(mistake_words(&given_away), "pink1: ball given away to blue1");
+        let lost = |until_s| Mistake { kind: MistakeKind::BallMisplaced, worst: Some(0.6), until_s, ..mistake };
+        let words = [mistake.from_s, mistake.from_s + 2.0].map(|until_s| mistake_words(&lost(until_s)));
+        assert!(words[0].ends_with(", 0.60 m") && words[1].ends_with(", up to 0.60 m, for 2.0 s"), "{words:?}");
     }
 }
