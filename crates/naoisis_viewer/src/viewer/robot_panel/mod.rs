@@ -254,8 +254,16 @@ fn show_robot(
 
 /// Shows a section that can be closed. Returns whether it is open.
 fn section(ui: &mut egui::Ui, name: &str, open: bool, show: impl FnOnce(&mut egui::Ui)) -> bool {
+    let id = ui.id().with((name, "was open"));
     let header = CollapsingHeader::new(bright(name).size(text_size::IMPORTANT)).default_open(open);
-    header.show(ui, show).openness > 0.0
+    let is_open = header.show(ui, show).openness > 0.0;
+    let was_open = ui.data_mut(|data| data.get_temp(id).unwrap_or(false));
+    if is_open != was_open {
+        ui.data_mut(|data| data.insert_temp(id, is_open));
+        // Its tables have the heights of the rows that they had when it was closed.
+        ui.ctx().request_discard("a section was opened or closed");
+    }
+    is_open
 }
 
 /// Shows lines with a name and a value.
