@@ -52,6 +52,7 @@
 //! | [`watch`] | a large score, replays of goals, a summary at the end |
 //! | [`teach`] | a pen, the world of one robot, bookmarks with captions |
 //! | `panels` | score, clock, controls, help |
+//! | `team_labels` | the names of the teams |
 //! | `events_panel` | penalties and events |
 //! | [`selection`] | the selected robot |
 //! | [`frame_cost`] | the cost of a frame |
@@ -141,6 +142,7 @@ pub mod speed;
 pub mod start_at;
 pub mod start_page;
 pub mod teach;
+mod team_labels;
 pub mod theme;
 mod time_axis;
 pub mod timeline;
