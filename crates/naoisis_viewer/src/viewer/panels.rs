@@ -167,12 +167,12 @@ fn show_controls(
                 send(Action::Command(ViewerCommand::Step));
             }
             ui.separator();
-            if button(ui, "−", "Slower (Down)") {
+            if button(ui, "⏪", "Slower (Down)") {
                 send(Action::Command(ViewerCommand::Slower));
             }
             end_row_unless_room(ui, SPEED);
             choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
-            if button(ui, "+", "Faster (Up)") {
+            if button(ui, "⏩", "Faster (Up)") {
                 send(Action::Command(ViewerCommand::Faster));
             }
             ui.separator();
