@@ -108,13 +108,12 @@ pub enum Intervention {
 impl fmt::Display for Intervention {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Intervention::PlaceBall { position_m, velocity_mps } => write!(
-                formatter,
-                "the ball is put at ({:.2}, {:.2}) with {:.2} m/s",
-                position_m.x,
-                position_m.y,
-                velocity_mps.length()
-            ),
+            Intervention::PlaceBall { position_m: Vec2 { x, y }, velocity_mps } if *velocity_mps == Vec2::ZERO => {
+                write!(formatter, "the ball is put at ({x:.2}, {y:.2})")
+            }
+            Intervention::PlaceBall { position_m: Vec2 { x, y }, velocity_mps } => {
+                write!(formatter, "the ball is kicked from ({x:.2}, {y:.2}) with {:.2} m/s", velocity_mps.length())
+            }
             Intervention::PlaceRobot { robot, pose } => {
                 let Vec2 { x, y } = pose.position;
                 // Without a minus sign before zero.

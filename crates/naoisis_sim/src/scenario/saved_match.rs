@@ -95,12 +95,17 @@ pub(crate) fn read_parts<'de, R: DeserializeSeed<'de>, E: DeserializeSeed<'de>>(
     let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
     let parts = deserializer
         .deserialize_map(Parts { resources, entities })
-        .map_err(|error| SavedMatchError::Content(error.to_string()))?;
+        .map_err(|error| SavedMatchError::Content(without_expected(&error.to_string())))?;
     match IgnoredAny::deserialize(&mut deserializer) {
         // Nothing is left to read.
         Err(rmp_serde::decode::Error::InvalidMarkerRead(_)) => Ok(parts),
         _ => Err(SavedMatchError::Trailing),
     }
+}
+
+/// An error of a decoder in other words than "expected": the error of the file says what was expected of it.
+fn without_expected(message: &str) -> String {
+    message.replacen(", expected ", " instead of ", 1)
 }
 
 /// Visits the map of a file.
@@ -182,5 +187,17 @@ impl<'a, 'de, F: Fn(&str) -> Result<Option<&'a TypeRegistration>, String>> Visit
             values.push(value);
         }
         Ok(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::marker::PhantomData;
+
+    #[test]
+    fn a_file_of_something_else_is_not_said_to_be_expected_to_be_a_saved_match() {
+        let error = read_parts(b"{", PhantomData::<IgnoredAny>, PhantomData::<IgnoredAny>).unwrap_err().to_string();
+        assert!(error.ends_with("instead of a saved match") && !error.contains("expected"), "{error}");
     }
 }

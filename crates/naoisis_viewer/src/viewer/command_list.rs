@@ -6,10 +6,10 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::display_settings::{DisplaySettings, Switch, Workspace};
 use super::keys::first_bindings;
-use super::layout::LayoutSystems;
+use super::layout::{LARGE_SCORE, LayoutSystems, shown_at};
 use super::shared::{Action, FindEvent, SelectionCommand, TeachAction, ViewerCommand};
 use super::speed::Speed;
-use super::theme::{bright, card, dim, panel};
+use super::theme::{MARGIN, bright, card, dim, panel};
 use naoisis_core::robot::Roster;
 use naoisis_sim::scenario::LIBRARY;
 
@@ -120,7 +120,9 @@ fn show(
     let mut chosen = None;
     let keys = [Key::Escape, Key::Enter, Key::ArrowUp, Key::ArrowDown];
     let [closes, enters, up, down] = keys.map(|key| context.input(|input| input.key_pressed(key)));
-    panel("commands", Align2::CENTER_TOP, [0.0, BELOW_SCORE]).show(context, |ui| {
+    // The large score of the use for watching is higher than the bar.
+    let top = shown_at(context, LARGE_SCORE).map_or(BELOW_SCORE, |score| BELOW_SCORE.max(score.bottom() + MARGIN));
+    panel("commands", Align2::CENTER_TOP, [0.0, top]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(12)).show(ui, |ui| {
             ui.set_width(WIDTH.min(ui.ctx().content_rect().width() - 60.0).max(LEAST_WIDTH));
             let text = TextEdit::singleline(&mut typed.text).hint_text("Find a command").desired_width(f32::INFINITY);
@@ -139,7 +141,7 @@ fn show(
                 ui.label(dim("No command has a name with these words."));
             }
             // egui would keep the height of the shortest list so far.
-            let height = HEIGHT.min(ui.ctx().content_rect().height() - BELOW_SCORE - AROUND).max(LEAST_HEIGHT);
+            let height = HEIGHT.min(ui.ctx().content_rect().height() - top - AROUND).max(LEAST_HEIGHT);
             let list = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height);
             list.auto_shrink([false, true]).show(ui, |ui| {
                 for (index, entry) in found.iter().enumerate() {

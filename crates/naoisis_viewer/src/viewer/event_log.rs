@@ -335,6 +335,16 @@ mod tests {
     }
 
     #[test]
+    fn a_kick_by_hand_has_other_words_than_a_ball_that_is_put_somewhere() {
+        let words = |velocity_mps| {
+            let intervention = Intervention::PlaceBall { position_m: Vec2::new(1.0, 0.5), velocity_mps };
+            describe(&MatchEvent::Intervention { intervention }).map(|(.., text)| text).unwrap_or_default()
+        };
+        assert_eq!(words(Vec2::ZERO), "By hand: the ball is put at (1.00, 0.50)");
+        assert_eq!(words(Vec2::new(0.0, 2.0)), "By hand: the ball is kicked from (1.00, 0.50) with 2.00 m/s");
+    }
+
+    #[test]
     fn entries_say_where_and_why_and_who_touched_the_ball() {
         let robot = RobotId::new(Team::Blue, 3);
         let evidence = Evidence { position_m: Vec2::new(1.0, 0.5), ..default() };

@@ -16,7 +16,8 @@ use std::time::{Duration, Instant};
 
 use super::camera_images::ShownImages;
 use super::display_settings::DisplaySettings;
-use super::layout::{self, LayoutSystems};
+use super::floating::place_beside;
+use super::layout::{self, LARGE_SCORE, LayoutSystems};
 use super::shared::Playback;
 use super::theme::{bright, card, dim, text_size};
 
@@ -192,7 +193,8 @@ fn show_cost(
     let passes: Vec<(String, f64)> = passes(&diagnostics);
     let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
     let context = contexts.ctx_mut()?;
-    layout::floating(context, "frame cost", Align2::LEFT_TOP).show(context, |ui| {
+    let place = place_beside(context, "frame cost", Align2::LEFT_TOP, &["legend", LARGE_SCORE]);
+    layout::floating(context, "frame cost", Align2::LEFT_TOP).fixed_pos(place.min).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
             Grid::new("frame cost").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {

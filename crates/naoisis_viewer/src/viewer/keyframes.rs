@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::CycleClock;
@@ -26,6 +26,22 @@ pub struct Simulator(pub MakeApp);
 /// them.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct Keyframes(Arc<Mutex<Kept>>);
+
+/// The name of a match. It does not keep the keyframes of the match.
+#[derive(Clone, Debug)]
+pub(super) struct KeyframesName(Weak<Mutex<Kept>>);
+
+impl KeyframesName {
+    /// Returns whether it is the name of the match of these keyframes.
+    pub fn is_of(&self, keyframes: &Keyframes) -> bool {
+        self.0.as_ptr() == Arc::as_ptr(&keyframes.0)
+    }
+
+    /// Returns whether something keeps the keyframes of the match.
+    pub fn is_kept(&self) -> bool {
+        self.0.strong_count() > 0
+    }
+}
 
 #[derive(Clone, Debug, Default)]
 struct Kept {
@@ -51,6 +67,11 @@ impl Keyframes {
     /// Returns whether something else has these keyframes, too.
     pub(super) fn is_shared(&self) -> bool {
         Arc::strong_count(&self.0) > 1
+    }
+
+    /// Returns a name of the match of these keyframes, which does not keep them.
+    pub(super) fn name(&self) -> KeyframesName {
+        KeyframesName(Arc::downgrade(&self.0))
     }
 
     /// Adds a keyframe.

@@ -120,10 +120,10 @@ fn is_for_audience(display: &DisplaySettings) -> bool {
     }
 }
 
-/// The free area in the last frame, logical pixels of the panels.
+/// The free area in sight in the last frame, logical pixels of the panels.
 fn in_panels(free: &FreeArea, context: &egui::Context) -> egui::Rect {
     let (window, zoom) = (context.content_rect().size(), context.zoom_factor());
-    let free = free.within(zoom * Vec2::new(window.x, window.y));
+    let free = free.in_sight(zoom * Vec2::new(window.x, window.y));
     let [least, most] = [free.min, free.max].map(|corner| Pos2::new(corner.x / zoom, corner.y / zoom));
     egui::Rect::from_min_max(least, most)
 }
@@ -150,9 +150,13 @@ fn draw_labels(
     let mut placed: Vec<_> = robots
         .iter()
         .filter_map(|(id, transform, penalty, body, posture)| {
-            let point = transform.translation() + upper_edge(body, *posture, *camera_transform.up());
+            let point = transform.translation() + name_offset(body, *posture, penalty, *camera_transform.up());
             // A robot behind the camera has no place in the picture.
-            Some((camera.world_to_viewport(camera_transform, point).ok()?, id, penalty))
+            let mut place = camera.world_to_viewport(camera_transform, point).ok()?;
+            if !penalty.is_off_pitch() {
+                place.y -= zoom * ABOVE_PIXELS;
+            }
+            Some((place, id, penalty))
         })
         .collect();
     // The lowest first: names are moved upwards, away from robots in front.
@@ -168,7 +172,7 @@ fn draw_labels(
         let faded = if penalty.is_off_pitch() { 0.7 } else { 0.85 };
         let colour = palette::in_panel(palette::team(id.team));
         let text = painter.layout_no_wrap(name, FontId::proportional(size), Color32::WHITE);
-        let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);
+        let middle = Pos2::new(place.x / zoom, place.y / zoom);
         let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());
         let patch = area.expand2(NAME_MARGIN);
         if !free.intersects(patch) {
@@ -186,6 +190,12 @@ fn draw_labels(
 /// Whether the names of this many robots are [short](short_name), because the free area has this width.
 fn are_short(free_width: f32, robots: usize) -> bool {
     free_width < LEAST_FOR_NAMES * robots as f32
+}
+
+/// The vector from a robot's position to the point at which its name is, m, in Bevy's world. A robot that waits beside the pitch is not drawn:
+/// above its place, its name would be on the pitch.
+fn name_offset(body: &Body, posture: Posture, penalty: &Penalty, up: Vec3) -> Vec3 {
+    if penalty.is_off_pitch() { Vec3::ZERO } else { upper_edge(body, posture, up) }
 }
 
 /// The vector from a robot's position to the uppermost point of its body for a camera with the upward direction `up`,
@@ -253,6 +263,13 @@ mod tests {
     fn names_are_short_where_there_is_little_space_for_many_robots() {
         assert!(!are_short(640.0, 6) && !are_short(1280.0, 14));
         assert!(are_short(640.0, 10) && are_short(1280.0, 22));
+    }
+
+    #[test]
+    fn the_name_of_a_robot_that_waits_beside_the_pitch_is_on_the_ground_there() {
+        let offset = |penalty| name_offset(&Body::default(), Posture::Upright, &penalty, Vec3::Y);
+        assert_eq!(offset(Penalty::SUBSTITUTE), Vec3::ZERO);
+        assert!(offset(Penalty::default()).y > 0.5);
     }
 
     #[test]

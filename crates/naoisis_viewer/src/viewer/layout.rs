@@ -21,7 +21,7 @@ use bevy_egui::{EguiContexts, EguiPreUpdateSet, EguiPrimaryContextPass};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use super::display_settings::is_debugging;
+use super::display_settings::{DisplaySettings, Workspace, is_debugging};
 use super::theme::{MARGIN, ThemeSystems, bright, text_size};
 
 /// Docks panels, and computes the free area.
@@ -102,31 +102,50 @@ fn panels_are_shown(hidden: Res<HiddenPanels>) -> bool {
 /// The least edge of the free area, logical pixels, also in a window full of panels.
 const LEAST_EDGE: f32 = 40.0;
 
+/// The greatest share of the free area that the large score takes from the picture.
+const MOST_FOR_SCORE: f32 = 0.25;
+
 /// The part of the window that panels leave free, logical pixels of the window.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
-pub struct FreeArea(Option<Rect>);
+pub struct FreeArea {
+    area: Option<Rect>,
+    /// The height of the strip at its upper edge that the large score covers.
+    below_score: f32,
+}
 
 impl FreeArea {
     /// A known free area.
     pub fn new(area: Rect) -> Self {
-        Self(Some(area))
+        Self { area: Some(area), below_score: 0.0 }
+    }
+
+    /// The same area, of which the large score covers a strip of this height at the upper edge.
+    fn with_score(self, below_score: f32) -> Self {
+        Self { below_score, ..self }
     }
 
     /// Returns whether panels have been laid out.
     pub fn is_known(&self) -> bool {
-        self.0.is_some()
+        self.area.is_some()
     }
 
     /// Returns the free area in a window of this size; the whole window before panels have been laid out.
     pub fn within(&self, window: Vec2) -> Rect {
         let window = Rect::from_corners(Vec2::ZERO, window.max(Vec2::ONE));
-        let free = self.0.map_or(window, |free| free.intersect(window));
+        let free = self.area.map_or(window, |free| free.intersect(window));
         Rect::from_center_size(free.center(), free.size().max(Vec2::splat(LEAST_EDGE).min(window.size())))
     }
 
-    /// Returns the aspect (width by height) of the free area.
+    /// Returns the free area without what the large score covers: the picture of the match is in its middle.
+    pub fn in_sight(&self, window: Vec2) -> Rect {
+        let free = self.within(window);
+        let covered = self.below_score.clamp(0.0, MOST_FOR_SCORE * free.height());
+        Rect { min: free.min + covered * Vec2::Y, ..free }
+    }
+
+    /// Returns the aspect (width by height) of the free area in sight.
     pub fn aspect(&self, window: Vec2) -> f32 {
-        let size = self.within(window).size();
+        let size = self.in_sight(window).size();
         (size.x / size.y).clamp(0.2, 5.0)
     }
 }
@@ -167,11 +186,13 @@ pub fn mouse_is_over_match(wants: &EguiWantsInput, over: &OverPanel) -> bool {
     !over.0 && !wants.wants_any_pointer_input()
 }
 
-fn note_free_area(mut contexts: EguiContexts, mut free: ResMut<FreeArea>) -> Result {
+fn note_free_area(mut contexts: EguiContexts, display: Res<DisplaySettings>, mut free: ResMut<FreeArea>) -> Result {
     let context = contexts.ctx_mut()?;
+    let score = shown_at(context, LARGE_SCORE).filter(|_| display.workspace == Workspace::Watch);
     let (area, zoom) = (free_area(context), context.zoom_factor());
     let corners = [area.min, area.max].map(|corner| zoom * Vec2::new(corner.x, corner.y));
-    free.set_if_neq(FreeArea::new(Rect::from_corners(corners[0], corners[1])));
+    let below_score = score.map_or(0.0, |score| zoom * (score.bottom() - area.top()));
+    free.set_if_neq(FreeArea::new(Rect::from_corners(corners[0], corners[1])).with_score(below_score));
     Ok(())
 }
 
@@ -338,6 +359,12 @@ pub fn floating(context: &Context, name: &str, align: Align2) -> egui::Area {
     egui::Area::new(Id::new(name)).pivot(align).fixed_pos(place)
 }
 
+/// Returns the place of a floating area in the last frame, logical pixels of the panels, if it was shown then.
+pub fn shown_at(context: &Context, name: &str) -> Option<egui::Rect> {
+    let layer = LayerId::new(Order::Middle, Id::new(name));
+    context.memory(|memory| memory.area_rect(layer.id).filter(|_| memory.areas().visible_last_frame(&layer)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -351,6 +378,16 @@ mod tests {
             let mut output = context.run_ui(input, |ui: &mut Ui| show(ui.ctx()));
             output.textures_delta.clear();
         }
+    }
+
+    #[test]
+    fn the_picture_is_below_a_large_score_but_keeps_most_of_the_window() {
+        let window = Vec2::new(800.0, 600.0);
+        let free = FreeArea::new(Rect::from_corners(Vec2::ZERO, window));
+        assert_eq!(free.in_sight(window), free.within(window));
+        let with_score = |height| free.with_score(height).in_sight(window).min.y;
+        assert_eq!([with_score(60.0), with_score(500.0)], [60.0, 150.0]);
+        assert_eq!(free.with_score(60.0).within(window), free.within(window), "the mouse is for the match there, too");
     }
 
     const ROBOT: Dock = Dock { name: "robot", edge: Edge::Left, size: 300.0, least: 150.0, most_share: 0.4 };

@@ -52,6 +52,7 @@
 //! | [`watch`] | a large score, replays of goals, a summary at the end |
 //! | [`teach`] | a pen, the world of one robot, bookmarks with captions |
 //! | `panels` | score, clock, controls, help |
+//! | `team_labels` | the names of the teams |
 //! | `events_panel` | penalties and events |
 //! | [`selection`] | the selected robot |
 //! | [`frame_cost`] | the cost of a frame |
@@ -66,7 +67,7 @@
 //! | [`report_state`] | the state of the window as JSON lines |
 //! | `window_title` | the title of the window |
 //! | [`widgets`] | the buttons and boxes of the panels, by name |
-//! | [`theme`], `layout` | dark and light panels, and their layout |
+//! | [`theme`], `layout`, `floating` | dark and light panels, and their layout |
 //! | `labels` | names of robots, words of overlays |
 //! | [`event_log`] | the log of events |
 //! | [`event_filter`] | the filter of the list of events |
@@ -102,6 +103,7 @@ mod events_panel;
 mod field;
 pub mod film;
 pub mod first_frame;
+mod floating;
 pub mod frame_cost;
 pub mod frames;
 mod ghost_models;
@@ -140,6 +142,7 @@ pub mod speed;
 pub mod start_at;
 pub mod start_page;
 pub mod teach;
+mod team_labels;
 pub mod theme;
 mod time_axis;
 pub mod timeline;

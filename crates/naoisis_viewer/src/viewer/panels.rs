@@ -1,6 +1,5 @@
 //! The panels of score, clock, controls and help.
 
-use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
@@ -14,14 +13,13 @@ use super::scenario_list;
 use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, clock_words, is_over};
 use super::speed::Speed;
 use super::start_page::StartPage;
+use super::team_labels::{TeamNames, width_of};
 use super::theme::{MARGIN, band, bright, card, dim, panel, problem_colour, tenths, text_size};
 use super::timeline::Timeline;
 use super::workspace::show_choice;
-use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Game;
-use naoisis_core::team::{PerTeam, Team};
-use naoisis_record::record::team_names::team_names;
+use naoisis_core::team::Team;
 use naoisis_sim::scenario::Scenario;
 
 /// The height of the score, logical pixels.
@@ -59,20 +57,24 @@ fn show_score(
     /// The hint for new users.
     const HINT: &str = "Click a robot to see what it knows. H: all keys.";
     let hint = if display.robot && selection.0.is_none() { HINT } else { "" };
-    /// The width of everything but the names, and of one of their letters, logical pixels.
-    const OTHERS: f32 = 560.0;
-    const LETTER: f32 = 9.5;
+    /// The width from which on the half and the state of the game are shown, too, and that of bands and gaps, logical pixels.
+    const ROOM: f32 = 560.0;
+    const GAPS: f32 = 130.0;
     layout::bar_above(contexts.ctx_mut()?, "score", |ui| {
-        let names = team_names.both(ui.available_width() - OTHERS, LETTER);
-        let text = clock_words(&game, &clock, &playback, ui.available_width() > OTHERS);
+        let text = clock_words(&game, &clock, &playback, ui.available_width() > ROOM);
+        let score = format!("{} : {}", game.score.blue, game.score.pink);
+        let body = egui::TextStyle::Body.resolve(ui.style()).size;
+        let [score_width, text_width] =
+            [(&score, text_size::SCORE), (&text, body)].map(|(text, size)| width_of(ui.painter(), text, size));
+        let room = ui.available_width() - widths(ui)[1] - score_width - text_width - GAPS;
+        let names = team_names.within(room, |name| width_of(ui.painter(), name, text_size::TEAM));
         let teams = |ui: &mut egui::Ui| {
             // As high as the highest of them, so that all are on one line.
             ui.set_min_height(SCORE_HEIGHT);
             band(ui, Team::Blue, egui::vec2(14.0, 22.0));
             ui.label(bright(&names[0]).size(text_size::TEAM));
             ui.add_space(4.0);
-            let score = format!("{} : {}", game.score.blue, game.score.pink);
-            ui.label(bright(score).size(text_size::SCORE).strong());
+            ui.label(bright(&score).size(text_size::SCORE).strong());
             ui.add_space(4.0);
             ui.label(bright(&names[1]).size(text_size::TEAM));
             band(ui, Team::Pink, egui::vec2(14.0, 22.0));
@@ -92,8 +94,7 @@ fn in_the_middle(
     show: impl FnOnce(&mut egui::Ui),
     show_at_end: impl FnOnce(&mut egui::Ui),
 ) {
-    let id = ui.id().with("widths");
-    let [before, at_end]: [f32; 2] = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    let (id, [before, at_end]) = (widths_id(ui), widths(ui));
     ui.horizontal(|ui| {
         ui.set_min_height(SCORE_HEIGHT);
         let (start, all) = (ui.cursor().left(), ui.available_width());
@@ -113,6 +114,15 @@ fn in_the_middle(
         let at_end = ui.horizontal(show_at_end).response.rect.width();
         ui.data_mut(|data| data.insert_temp(id, [width, at_end + ui.spacing().item_spacing.x]));
     });
+}
+
+/// The widths of what is in the middle of a bar and at its end in the last frame, logical pixels.
+fn widths(ui: &egui::Ui) -> [f32; 2] {
+    ui.data(|data| data.get_temp(widths_id(ui))).unwrap_or_default()
+}
+
+fn widths_id(ui: &egui::Ui) -> egui::Id {
+    ui.id().with("widths")
 }
 
 fn show_controls(
@@ -157,12 +167,12 @@ fn show_controls(
                 send(Action::Command(ViewerCommand::Step));
             }
             ui.separator();
-            if button(ui, "−", "Slower (Down)") {
+            if button(ui, "⏪", "Slower (Down)") {
                 send(Action::Command(ViewerCommand::Slower));
             }
             end_row_unless_room(ui, SPEED);
             choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
-            if button(ui, "+", "Faster (Up)") {
+            if button(ui, "⏩", "Faster (Up)") {
                 send(Action::Command(ViewerCommand::Faster));
             }
             ui.separator();
@@ -258,14 +268,15 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
     let window = context.content_rect();
     // Between the bars, whose buttons stay in sight, over the other panels.
     let between = layout::between_bars(context).y_range();
-    let (width, height) = (WIDTH.min(window.width() - 6.0 * MARGIN).max(100.0), (between.span() - AROUND).max(100.0));
+    let (width, height) = (WIDTH.min(window.width() - 5.0 * MARGIN).max(100.0), (between.span() - AROUND).max(100.0));
     let lower = between.center() - window.center().y;
     panel("help", Align2::CENTER_CENTER, [0.0, lower]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
             ui.set_width(width);
             ui.label(bright("Keys").size(text_size::TITLE).strong());
             ui.add_space(6.0);
-            egui::ScrollArea::both().max_height(height).min_scrolled_height(height).show(ui, show_keys);
+            let keys = egui::ScrollArea::both().max_height(height).min_scrolled_height(height);
+            keys.auto_shrink([false, true]).show(ui, show_keys);
             ui.add_space(6.0);
             if ui.button("Close").clicked() {
                 actions.write(Action::Toggle(Switch::Help));
@@ -326,43 +337,10 @@ fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
     ui.add_space(8.0);
 }
 
-/// The names of the teams.
-#[derive(SystemParam)]
-pub(super) struct TeamNames<'w> {
-    scenario: Option<Res<'w, Scenario>>,
-    registry: Res<'w, BehaviourRegistry>,
-}
-
-impl TeamNames<'_> {
-    /// Returns the names of blue and pink, cut so that both fit into a width with letters of about this width.
-    pub fn both(&self, width: f32, letter: f32) -> [String; 2] {
-        /// The range of the number of letters of a name.
-        const LETTERS: [usize; 2] = [6, 24];
-
-        let most = ((width / 2.0 / letter) as usize).clamp(LETTERS[0], LETTERS[1]);
-        match &self.scenario {
-            Some(scenario) => {
-                let PerTeam { blue, pink } = team_names(scenario, &self.registry);
-                [cut(blue, most), cut(pink, most)]
-            }
-            None => Team::BOTH.map(|team| team.name().to_owned()),
-        }
-    }
-}
-
-/// The first letters of a name, if it has more than `most`.
-fn cut(name: String, most: usize) -> String {
-    if name.chars().count() <= most {
-        return name;
-    }
-    name.chars().take(most - 1).chain(['…']).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::viewer::theme::minutes;
-    use naoisis_sim::simulation::{self, NaoisisPlugins};
 
     #[test]
     fn groups_fill_no_more_columns_than_there_are_and_these_evenly() {
@@ -377,26 +355,5 @@ mod tests {
         // The clock beside them is never a second ahead.
         assert_eq!([15.97, 16.0, 479.0 / 30.0, 480.0 / 30.0].map(tenths), ["15.9 s", "16.0 s", "15.9 s", "16.0 s"]);
         assert_eq!([479.0_f32 / 30.0, 1080.0 * (1.0 / 30.0)].map(minutes), ["0:15", "0:36"]);
-    }
-
-    #[test]
-    fn long_names_are_cut() {
-        assert_eq!(cut("roles".to_owned(), 6), "roles");
-        assert_eq!(cut("the fast strikers".to_owned(), 6), "the f…");
-    }
-
-    #[test]
-    fn teams_have_the_names_of_the_scenario() {
-        let scenario = Scenario::from_json(r#"{ "teams": { "blue": "roles", "pink": "chasers" } }"#).unwrap();
-        let mut app = App::new();
-        app.add_plugins(NaoisisPlugins);
-        let pink = |scenario: &Scenario| team_names(scenario, app.world().resource()).pink;
-        assert_eq!(pink(&scenario), "chasers");
-        // A trace lists robots, not teams.
-        let listed = simulation::resolved(app.world(), &scenario);
-        assert_eq!(listed.teams, None);
-        assert_eq!(pink(&listed), "chasers");
-        let scripted = Scenario::from_json(r#"{ "robots": [{ "team": "pink", "number": 1 }] }"#).unwrap();
-        assert_eq!(pink(&scripted), "pink");
     }
 }

@@ -8,6 +8,7 @@ use super::branches::{BranchCommand, Branches};
 use super::display_settings::Switch;
 use super::ghosts::{Ghosts, GhostsOf};
 use super::layout::{self, LayoutSystems};
+use super::match_panel::TraceReading;
 use super::shared::{Action, Playback, TimelineCommand};
 use super::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
 use super::time_axis::BEFORE;
@@ -43,7 +44,7 @@ fn show_bar(
     (branches, playback): (Res<Branches>, Res<Playback>),
     mut commands: MessageWriter<TimelineCommand>,
     (mut ways, mut ghosts): (MessageWriter<BranchCommand>, ResMut<Ghosts>),
-    mut actions: MessageWriter<Action>,
+    (mut actions, reading): (MessageWriter<Action>, Option<Res<TraceReading>>),
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let (first, end) = (*cycles.start(), *cycles.end());
@@ -78,7 +79,9 @@ fn show_bar(
             if let Some(cycle) = pointed {
                 response.on_hover_text_at_pointer(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
             }
-            ui.label(dim(time(end as f64)));
+            // While a trace is being read, it goes on behind the end of the bar.
+            let is_read = timeline.is_replay() && reading.is_some_and(|reading| reading.is_on());
+            ui.label(dim(time(end as f64) + if is_read { "…" } else { "" }));
             let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Branch from here"));
             let hint = if is_paused {
                 "F: starts a branch at this moment, paused until Space; the original match stays"

@@ -10,13 +10,15 @@ use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 pub mod free_area;
 mod haze;
 pub mod robot_view;
+mod told;
 pub mod viewpoint;
 
+use super::display_settings::is_debugging;
 use super::layout::{FreeArea, mouse_is_for_match};
 use super::pitch_frame::{PitchFrameSystems, PitchRoot, pose_of};
 use super::robot_model::RobotLimbs;
 use super::shared::{
-    CameraSystems, DrawnWhenSensed, Playback, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset,
+    CameraSystems, DrawnWhenSensed, Notice, Playback, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset,
 };
 use free_area::AreaPerspective;
 use naoisis_core::ball::Ball;
@@ -67,6 +69,10 @@ impl Plugin for ViewerCameraPlugin {
                     .chain()
                     .after(SelectionSystems)
                     .in_set(CameraSystems),
+            )
+            .add_systems(
+                Update,
+                told::tell_robot.run_if(resource_exists::<Notice>.and_then(not(is_debugging))).after(CameraSystems),
             )
             .add_systems(PostUpdate, choose_instant.before(PitchFrameSystems))
             // By then, everything that the camera may follow has its place of this frame.
@@ -381,7 +387,7 @@ fn move_camera(
 ) {
     let (mut camera, mut transform, mut projection) = camera.into_inner();
     let window = size_of(window);
-    let wanted = free.within(window);
+    let wanted = free.in_sight(window);
     let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
     let mut area = eased.map_or(wanted, |before| between_areas(before, wanted, share));
     let mut field_of_view = FIELD_OF_VIEW;

@@ -120,6 +120,14 @@ impl Viewpoint {
         Self { focus, elevation: 0.5, distance: NEARNESS * whole.distance, ..whole }
     }
 
+    /// Returns whether only a small part of the pitch is in view.
+    pub fn is_close_up(&self, pitch: &Pitch) -> bool {
+        /// The distance below which it is, as a fraction of that for the whole pitch in a usual window.
+        const NEARNESS: f32 = 0.5;
+        const ASPECT: f32 = 1.5;
+        self.distance < NEARNESS * Self::of_pitch(Overview::Broadcast, pitch, ASPECT).distance
+    }
+
     /// A close view of the ball from the side.
     pub fn of_ball(ball: Vec2) -> Self {
         Self { focus: ball.extend(0.0), azimuth: 0.0, elevation: 0.4, distance: 3.2 }
@@ -237,6 +245,14 @@ mod tests {
         let transform = view.transform();
         assert!(transform.translation.y < -3.0 && transform.translation.z > 2.0);
         assert!(transform.right().abs_diff_eq(Vec3::X, 1e-5));
+    }
+
+    #[test]
+    fn a_view_of_a_place_is_a_close_up_and_one_of_play_is_none() {
+        let pitch = Pitch::default();
+        let whole = Viewpoint::of_pitch(Overview::Broadcast, &pitch, 1.6);
+        assert!(!whole.is_close_up(&pitch) && !Viewpoint::of_play(Vec2::ONE, &pitch, 1.6).is_close_up(&pitch));
+        assert!(whole.at(Vec2::ONE, 0.5).is_close_up(&pitch) && Viewpoint::of_ball(Vec2::ONE).is_close_up(&pitch));
     }
 
     #[test]

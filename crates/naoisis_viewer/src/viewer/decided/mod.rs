@@ -108,8 +108,20 @@ impl Default for Decided {
 pub struct Progress {
     /// Moments with all their repetitions.
     pub played: usize,
+    /// Moments with some of their repetitions.
+    pub begun: usize,
     /// All moments, including those that are expected.
     pub all: usize,
+}
+
+impl Progress {
+    /// Returns the progress in words. While nothing more is played, they say that it was stopped.
+    fn words(&self, is_played_on: bool) -> String {
+        let Progress { played, begun, all } = *self;
+        let stopped = if !is_played_on && played < all && played + begun > 0 { "Stopped: " } else { "" };
+        let begun = if begun > 0 { format!(", {begun} begun") } else { String::new() };
+        format!("{stopped}{played} of {all} moments{begun}")
+    }
 }
 
 impl Decided {
@@ -131,8 +143,10 @@ impl Decided {
     /// Returns the progress, in a match in which `awaited` further keyframes are expected.
     pub fn progress(&self, awaited: usize) -> Progress {
         let times = self.shown.wanted.unwrap_or(self.times).max(1);
-        let played = self.shown.chances.values().filter(|chance| chance.times >= times).count();
-        Progress { played, all: self.shown.of.cycles(is_in_play).len().max(played) + awaited }
+        let chances = || self.shown.chances.values();
+        let played = chances().filter(|chance| chance.times >= times).count();
+        let begun = chances().filter(|chance| (1..times).contains(&chance.times)).count();
+        Progress { played, begun, all: self.shown.of.cycles(is_in_play).len().max(played + begun) + awaited }
     }
 
     /// Keeps the results of the match that was shown as long as it can be shown again, and takes those of another one if

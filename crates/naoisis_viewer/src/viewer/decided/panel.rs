@@ -77,6 +77,7 @@ pub(super) fn show(
             return;
         }
         let restarts = restarts(&history, &keyframes, clock.period_s);
+        let is_read = history.last_cycle().is_some_and(|last| lanes.is_behind(last));
         let listed = &decided.swings()[..decided.swings().len().min(LISTED)];
         show_legend(ui, decided.shown.played_s);
         let whole_s = history
@@ -86,16 +87,13 @@ pub(super) fn show(
         let chart = Chart { chances: &chances, restarts: &restarts, swings: listed, whole_s, now_s };
         clicked = chart.show(ui).map(Clicked::Time);
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            if !is_complete && !listed.is_empty() {
-                ui.label(dim("Provisional until all moments are played."));
-            }
-            if listed.is_empty() {
-                ui.label(dim("No change of the chances is larger than their statistical noise so far."));
+            if let Some(words) = limits(listed.len(), is_complete, is_read) {
+                ui.label(dim(words));
             }
             let mistakes = || lanes.tracks.mistakes().iter().zip(&found.0);
             for swing in listed {
                 let (reasons, earlier) = reasons(swing, mistakes(), log.until(f64::INFINITY));
-                if let Some(there) = show_swing(ui, swing, &reasons, earlier) {
+                if let Some(there) = show_swing(ui, swing, (&reasons, earlier), is_read) {
                     clicked = Some(there);
                 }
             }
@@ -146,9 +144,7 @@ fn show_head(
         }
     });
     let share = progress.played as f32 / progress.all.max(1) as f32;
-    let is_stopped = !is_wanted && (1..progress.all).contains(&progress.played);
-    let stopped = if is_stopped { "Stopped: " } else { "" };
-    let words = format!("{stopped}{} of {} moments", progress.played, progress.all);
+    let words = progress.words(is_wanted);
     ui.add(ProgressBar::new(share).desired_height(16.0).text(RichText::new(words).size(text_size::SMALL)));
 }
 
@@ -163,8 +159,14 @@ fn show_legend(ui: &mut egui::Ui, for_s: f64) {
     });
 }
 
-/// Shows a swing with its reasons, and the number of `earlier` ones. Returns what was clicked.
-fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry], earlier: usize) -> Option<Clicked> {
+/// Shows a swing with its reasons, and the number of `earlier` ones. While the match `is_read`, mistakes may be missing. Returns what was
+/// clicked.
+fn show_swing(
+    ui: &mut egui::Ui,
+    swing: &Swing,
+    (reasons, earlier): (&[&LogEntry], usize),
+    is_read: bool,
+) -> Option<Clicked> {
     let mut clicked = None;
     ui.separator();
     ui.horizontal(|ui| {
@@ -199,10 +201,21 @@ fn show_swing(ui: &mut egui::Ui, swing: &Swing, reasons: &[&LogEntry], earlier: 
             }
         });
     }
-    if reasons.is_empty() {
+    if reasons.is_empty() && !is_read {
         ui.label(dim("   no mistakes, kicks, falls and penalties").size(text_size::SMALL));
     }
     clicked
+}
+
+/// What is said of this number of swings before all is known: while moments are played, and while the match is read for its mistakes.
+fn limits(swings: usize, is_complete: bool, is_read: bool) -> Option<&'static str> {
+    match (swings, is_complete, is_read) {
+        (0, ..) => Some("No change of the chances is larger than their statistical noise so far."),
+        (_, false, false) => Some("Provisional until all moments are played."),
+        (_, false, true) => Some("Provisional: moments are played, and the match is read for its mistakes."),
+        (_, true, true) => Some("The match is being read for its mistakes."),
+        (_, true, false) => None,
+    }
 }
 
 /// A text that can be clicked.
@@ -249,6 +262,12 @@ mod tests {
     use super::*;
     use naoisis_core::team::PerTeam;
     use naoisis_record::whatif::chances::{Restart, swings};
+
+    #[test]
+    fn mistakes_that_are_still_to_be_read_are_said_to_be() {
+        assert!(limits(3, true, true).is_some_and(|words| words.contains("mistakes")));
+        assert_eq!((limits(3, true, false), limits(0, true, true)), (None, limits(0, false, false)));
+    }
 
     #[test]
     fn the_team_whose_chance_changed_most_is_named_first() {

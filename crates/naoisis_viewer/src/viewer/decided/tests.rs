@@ -154,3 +154,12 @@ fn results_of_a_branch_begin_with_those_of_its_parent_and_come_back_with_it() {
     decided.change_match(&Keyframes::default(), None);
     assert_eq!((decided.others.len(), cycles(&decided)), (1, vec![]));
 }
+
+#[test]
+fn moments_that_have_been_begun_are_counted_too() {
+    let words = |played, begun, is_played_on| Progress { played, begun, all: 48 }.words(is_played_on);
+    assert_eq!(words(0, 0, true), "0 of 48 moments");
+    assert_eq!(words(0, 1, true), "0 of 48 moments, 1 begun");
+    assert_eq!(words(3, 1, false), "Stopped: 3 of 48 moments, 1 begun");
+    assert_eq!((words(48, 0, false), words(0, 0, false)), ("48 of 48 moments".into(), "0 of 48 moments".into()));
+}

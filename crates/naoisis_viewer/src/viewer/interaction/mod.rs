@@ -9,6 +9,7 @@ use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
 
 pub mod aim;
+mod asked;
 pub mod driving;
 pub mod keep;
 mod mini_map;
@@ -28,8 +29,10 @@ use super::shared::{
 };
 use super::timeline::Timeline;
 use aim::{Grip, Held, Sight};
+use asked::{asked_ball, asked_pose, words_of};
 use naoisis_core::ball::{Ball, BallPhysics};
 use naoisis_core::game::{Intervention, Interventions, Penalty, PenaltyReason};
+use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
@@ -125,8 +128,8 @@ fn take_hold(
     keys: Res<ButtonInput<KeyCode>>,
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
-    robots: Query<(&RobotId, &Transform, &Penalty, &Body)>,
-    balls: Query<&Transform, With<Ball>>,
+    (robots, interventions): (Query<(&RobotId, &Transform, &Penalty, &Body)>, Res<Interventions>),
+    (balls, timeline): (Query<&Transform, With<Ball>>, Res<Timeline>),
     mut drag: ResMut<MouseDrag>,
 ) {
     if !buttons.just_pressed(MouseButton::Left) {
@@ -136,27 +139,43 @@ fn take_hold(
     let Some(sight) = sight(*camera, cursor) else { return };
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
     let (camera, from) = *camera;
-    let is_meant = |ball: &&Transform| {
-        let seen = camera.world_to_viewport(from, world_from_pitch() * ball.translation);
+    let is_meant = |(_, centre): &(Pose, Vec3)| {
+        let seen = camera.world_to_viewport(from, world_from_pitch() * *centre);
         seen.is_ok_and(|seen| seen.distance(cursor) <= BALL_PIXELS)
     };
-    let ball = balls.iter().find(is_meant).map(|ball| {
+    // What is to be put elsewhere when the match goes on is taken at its new place, which is drawn.
+    let queue = if is_live(&timeline) { &interventions.queue[..] } else { &[] };
+    let height_m = balls.iter().next().map_or(0.0, |ball| ball.translation.z);
+    let asked = asked_ball(queue).map(|(place, _)| (Pose { position: place, heading: 0.0 }, place.extend(height_m)));
+    let drawn = balls.iter().map(|ball| (pose_of(ball), ball.translation));
+    let ball = asked.into_iter().chain(drawn).find(is_meant).map(|(pose, _)| {
         let held = if shift { Held::BallToKick } else { Held::Ball };
-        (held, pose_of(ball), 0.0)
+        (held, pose, 0.0)
     });
-    let on_pitch = robots.iter().filter(|(_, _, penalty, _)| !penalty.is_off_pitch());
-    let targets =
-        on_pitch.clone().map(|(id, transform, _, body)| (*id, PickTarget::of(body, transform.translation.truncate())));
+    let on_pitch: Vec<(RobotId, Pose, Body)> = robots
+        .iter()
+        .filter(|(_, _, penalty, _)| !penalty.is_off_pitch())
+        .map(|(id, transform, _, body)| (*id, pose_of(transform), *body))
+        .collect();
     let robot = || {
-        let id = pointed_at(sight.origin, sight.direction, targets)?;
-        let (_, transform, _, body) = on_pitch.clone().find(|(other, ..)| **other == id)?;
+        let asked = on_pitch.iter().filter_map(|(id, _, body)| Some((*id, asked_pose(queue, *id)?, *body)));
+        let (id, pose, body) = pointed_robot(&sight, &asked.collect::<Vec<_>>())
+            .or_else(|| pointed_robot(&sight, &on_pitch))
+            .map(|(id, pose, body)| (id, if shift { asked_pose(queue, id).unwrap_or(pose) } else { pose }, body))?;
         let held = if shift { Held::RobotToTurn(id) } else { Held::Robot(id) };
-        Some((held, pose_of(transform), body.height_m))
+        Some((held, pose, body.height_m))
     };
     let Some((held, pose, height_m)) = ball.or_else(robot) else { return };
     if let Some(grip) = Grip::new(held, pose, height_m, &sight) {
         *drag = MouseDrag { grip: Some(grip), press: Some((cursor, false)), intention: None };
     }
+}
+
+/// The robot among these that the mouse points at.
+fn pointed_robot(sight: &Sight, robots: &[(RobotId, Pose, Body)]) -> Option<(RobotId, Pose, Body)> {
+    let targets = robots.iter().map(|(id, pose, body)| (*id, PickTarget::of(body, pose.position)));
+    let pointed = pointed_at(sight.origin, sight.direction, targets)?;
+    robots.iter().find(|(id, ..)| *id == pointed).copied()
 }
 
 fn drag_and_let_go(
@@ -277,11 +296,10 @@ fn draw_intentions(
     let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
     // They are of the present.
     let queue = if is_live(&timeline) { &interventions.queue[..] } else { &[] };
-    let pending = queue.iter().map(|intention| (intention, playback.paused));
-    for (intention, waits) in drag.intention.iter().map(|intention| (intention, false)).chain(pending) {
-        if let Some(place) = place_of(*intention).filter(|_| waits) {
-            brush.words(place, "when the match goes on", Color::WHITE);
-        }
+    for (place, words) in words_of(queue).filter(|_| playback.paused) {
+        brush.words(place, words, Color::WHITE);
+    }
+    for intention in drag.intention.iter().chain(queue) {
         match *intention {
             Intervention::PlaceRobot { robot, pose } => {
                 let body = roster.get(robot).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();
@@ -297,17 +315,9 @@ fn draw_intentions(
             Intervention::PlaceBall { position_m, .. } | Intervention::DropBall { position_m } => {
                 brush.circle(position_m, BALL_RING_M, Color::WHITE);
             }
+            Intervention::KickOff { team } => brush.circle(Vec2::ZERO, BALL_RING_M, palette::team(team)),
             _ => {}
         }
-    }
-}
-
-/// The place of an intervention on the pitch, m, if it has one.
-fn place_of(intervention: Intervention) -> Option<Vec2> {
-    match intervention {
-        Intervention::PlaceRobot { pose, .. } => Some(pose.position),
-        Intervention::PlaceBall { position_m, .. } | Intervention::DropBall { position_m } => Some(position_m),
-        _ => None,
     }
 }
 

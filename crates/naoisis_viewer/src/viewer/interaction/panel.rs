@@ -11,7 +11,8 @@ use super::undo::Undo;
 use crate::viewer::display_settings::Workspace;
 use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
-use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::floating::{moved_clear, place_beside};
+use crate::viewer::layout::{self, LARGE_SCORE, LayoutSystems, shown_at};
 use crate::viewer::shared::{Action, HandAction, Notice, OVER, Playback, Selection, ToggleFilm, is_over};
 use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
@@ -108,11 +109,14 @@ fn show_buttons(
     Ok(())
 }
 
-/// The margin beside a notice, and about the width of a letter in it, logical pixels.
+/// The margin beside a notice, its greatest width, and about the width of a letter in it, logical pixels.
 const NOTICE_MARGIN: f32 = 60.0;
+const WIDEST_NOTICE: f32 = 520.0;
 const NOTICE_LETTER: f32 = 7.5;
 /// The distance of a notice at the top from the edge: the choice of the window's use is above it, logical pixels.
 const BELOW_CHOICE: f32 = 56.0;
+/// The floating areas that a notice does not cover.
+const NOTICE_BESIDE: [&str; 3] = ["legend", LARGE_SCORE, "goal replay"];
 
 /// Shows the last notice for some seconds.
 fn show_notice(
@@ -130,11 +134,14 @@ fn show_notice(
     let is_above = display.workspace == Workspace::Teach || driving.robot.is_some();
     let align = if is_above { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
     let free = layout::free_area(context);
-    let widest = (free.width() - NOTICE_MARGIN).max(LEAST_WIDTH);
-    let mut area = layout::floating(context, "notice", align);
+    let widest = (free.width() - NOTICE_MARGIN).clamp(LEAST_WIDTH, WIDEST_NOTICE);
+    let mut place = place_beside(context, "notice", align, &NOTICE_BESIDE);
     if display.workspace == Workspace::Teach {
-        area = area.fixed_pos(free.center_top() + egui::vec2(0.0, BELOW_CHOICE));
+        let top = free.center_top() + egui::vec2(0.0, BELOW_CHOICE);
+        let legend: Vec<egui::Rect> = shown_at(context, "legend").into_iter().collect();
+        place = moved_clear(align.anchor_size(top, place.size()), &legend, true);
     }
+    let area = layout::floating(context, "notice", align).fixed_pos(align.pos_in_rect(&place));
     let shown = area.show(context, |ui| {
         let text = bright(&notice.text).size(text_size::IMPORTANT);
         card(ui).show(ui, |ui| {

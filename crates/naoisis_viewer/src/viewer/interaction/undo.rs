@@ -5,6 +5,7 @@
 
 use bevy::prelude::*;
 
+use super::asked::{asked_ball, asked_pose};
 use super::refusal;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::pen_marks::{Pen, PenMark};
@@ -108,29 +109,16 @@ fn way_back(world: &mut World, act: Intervention) -> Vec<Intervention> {
 
 /// The pose of a robot, including pending interventions.
 fn robot_pose(world: &World, wanted: RobotId) -> Option<Pose> {
-    let queue = &world.resource::<Interventions>().queue;
-    let asked = queue.iter().rev().find_map(|asked| match asked {
-        Intervention::PlaceRobot { robot, pose } if *robot == wanted => Some(*pose),
-        _ => None,
-    });
+    let asked = asked_pose(&world.resource::<Interventions>().queue, wanted);
     asked.or_else(|| world.get::<Pose>(world.resource::<Roster>().get(wanted)?).copied())
 }
 
 /// The intervention that restores the current or pending position and velocity of the ball.
 fn ball(world: &mut World) -> Option<Intervention> {
-    let queue = &world.resource::<Interventions>().queue;
-    let asked = queue.iter().rev().find_map(|asked| match asked {
-        Intervention::PlaceBall { .. } => Some(*asked),
-        Intervention::DropBall { position_m } => {
-            Some(Intervention::PlaceBall { position_m: *position_m, velocity_mps: Vec2::ZERO })
-        }
-        _ => None,
-    });
+    let asked = asked_ball(&world.resource::<Interventions>().queue);
     let mut balls = world.query_filtered::<(&Pose, &BallVelocity), With<Ball>>();
-    asked.or_else(|| {
-        let (pose, velocity) = balls.iter(world).next()?;
-        Some(Intervention::PlaceBall { position_m: pose.position, velocity_mps: velocity.0 })
-    })
+    let ball = asked.or_else(|| balls.iter(world).next().map(|(pose, velocity)| (pose.position, velocity.0)));
+    ball.map(|(position_m, velocity_mps)| Intervention::PlaceBall { position_m, velocity_mps })
 }
 
 /// Undoes the last step. Returns a notice for the user.

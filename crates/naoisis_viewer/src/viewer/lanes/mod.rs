@@ -17,7 +17,7 @@ pub mod tracks;
 use super::display_settings::DisplaySettings;
 use super::event_filter::{EventFilter, ListedEvents};
 use super::event_log::{EventJump, LogEntry};
-use super::keyframes::Keyframes;
+use super::keyframes::{Keyframes, KeyframesName};
 use super::layout::LayoutSystems;
 use super::shared::{FindEvent, Notice, Playback, RobotsWorld, Selection, TimelineCommand};
 use super::time_axis::ShownPart;
@@ -61,6 +61,8 @@ pub struct Lanes {
     pub tracks: Tracks,
     /// The match of the data.
     keyframes: Keyframes,
+    /// The data of other matches that can be shown again: branches, and the match before.
+    others: Vec<(KeyframesName, Tracks)>,
     /// The result of the thread, once it has finished.
     read: Option<Mutex<Receiver<Tracks>>>,
     /// Whether an event was asked for while the lanes were closed.
@@ -75,6 +77,25 @@ impl Lanes {
     /// Returns whether the match is still being read.
     pub fn is_reading(&self) -> bool {
         self.read.is_some()
+    }
+
+    /// Returns whether records until `last` have not been read: mistakes are missing.
+    pub fn is_behind(&self, last: u64) -> bool {
+        self.is_reading() || self.tracks.last_cycle().unwrap_or_default() + FEW < last
+    }
+
+    /// Takes the data of another match, if it was shown before, and keeps those of this one as long as it can be shown again.
+    fn change_match(&mut self, keyframes: &Keyframes, scenario: &Scenario) {
+        let tracks = core::mem::replace(&mut self.tracks, Tracks::new(scenario));
+        if !self.is_reading() {
+            self.others.push((self.keyframes.name(), tracks));
+        }
+        self.keyframes = keyframes.clone();
+        self.others.retain(|(of, _)| of.is_kept());
+        if let Some(index) = self.others.iter().position(|(of, _)| of.is_of(keyframes)) {
+            self.tracks = self.others.swap_remove(index).1;
+        }
+        (self.read, self.is_wanted, self.followed) = (None, false, None);
     }
 }
 
@@ -123,10 +144,10 @@ impl EventKind {
 }
 
 /// Adds each cycle as it is played.
-fn note_cycle(mut lanes: ResMut<Lanes>, current: Res<CurrentRecord>) {
+fn note_cycle(mut lanes: ResMut<Lanes>, keyframes: Res<Keyframes>, current: Res<CurrentRecord>) {
     let cycle = current.record.cycle;
     // If earlier cycles are still missing, their records are read first.
-    if lanes.tracks.last_cycle().map_or(0, |last| last + 1) == cycle {
+    if lanes.keyframes.is_same(&keyframes) && lanes.tracks.last_cycle().map_or(0, |last| last + 1) == cycle {
         lanes.tracks.note(&current.record);
     }
 }
@@ -142,8 +163,7 @@ fn read_records(
 ) {
     let Some(scenario) = scenario else { return };
     if !lanes.keyframes.is_same(&keyframes) {
-        let (kind, tracks) = (lanes.kind, Tracks::new(&scenario));
-        *lanes = Lanes { tracks, keyframes: keyframes.clone(), kind, ..default() };
+        lanes.change_match(&keyframes, &scenario);
         part.0 = None;
     }
     let is_wanted =
@@ -305,9 +325,10 @@ fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
 fn mistake_words(mistake: &Mistake) -> String {
     let joins = if mistake.kind == MistakeKind::BallGivenAway { "to" } else { "with" };
     let other = mistake.other.map_or_else(String::new, |other| format!(" {joins} {other}"));
-    let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
     // The time of a pass to the other team says nothing about the mistake.
     let length_s = if mistake.kind == MistakeKind::BallGivenAway { 0.0 } else { mistake.until_s - mistake.from_s };
+    let at_most = if length_s > 0.0 { "up to " } else { "" };
+    let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {at_most}{worst:.2} {}", mistake.unit()));
     let length = if length_s > 0.0 { format!(", for {length_s:.1} s") } else { String::new() };
     format!("{}: {}{other}{worst}{length}", mistake.robot, mistake.kind)
 }
@@ -336,6 +357,23 @@ mod tests {
         assert_eq!((found(FindEvent::Next, 20), found(FindEvent::Previous, 20)), (Some(3.0), Some(1.0)));
         assert_eq!((found(FindEvent::Next, 30), found(FindEvent::Previous, 10)), (None, None));
         assert_eq!((found(FindEvent::Next, 0), found(FindEvent::Previous, 99)), (Some(1.0), Some(3.0)));
+    }
+
+    #[test]
+    fn lanes_of_a_match_that_is_shown_again_need_not_be_read_again() {
+        let scenario = Scenario::named("match3v3").unwrap();
+        let (here, branch) = (Keyframes::default(), Keyframes::default());
+        let mut lanes = Lanes { tracks: Tracks::new(&scenario), keyframes: here.clone(), ..default() };
+        lanes.tracks.note(&CycleRecord { cycle: 500, ..default() });
+        lanes.change_match(&branch, &scenario);
+        assert_eq!((lanes.tracks.last_cycle(), lanes.is_behind(500)), (None, true));
+        lanes.change_match(&here, &scenario);
+        assert_eq!((lanes.tracks.last_cycle(), lanes.is_behind(500)), (Some(500), false));
+        // Those of a match that nothing else keeps are forgotten.
+        lanes.change_match(&branch, &scenario);
+        drop(here);
+        lanes.change_match(&Keyframes::default(), &scenario);
+        assert_eq!(lanes.others.len(), 1, "the branch");
     }
 
     #[test]
@@ -391,5 +429,8 @@ mod tests {
         assert_eq!(mistake_words(&mistake), "pink1: kick missed");
         let given_away = Mistake { kind: MistakeKind::BallGivenAway, other: Some(BLUE), ..mistake };
         assert_eq!(mistake_words(&given_away), "pink1: ball given away to blue1");
+        let lost = |until_s| Mistake { kind: MistakeKind::BallMisplaced, worst: Some(0.6), until_s, ..mistake };
+        let words = [mistake.from_s, mistake.from_s + 2.0].map(|until_s| mistake_words(&lost(until_s)));
+        assert!(words[0].ends_with(", 0.60 m") && words[1].ends_with(", up to 0.60 m, for 2.0 s"), "{words:?}");
     }
 }

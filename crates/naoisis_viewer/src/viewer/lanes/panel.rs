@@ -79,9 +79,9 @@ pub(super) fn show(
             let looks = word_looks(lanes.tracks.words());
             for (id, track) in lanes.tracks.robots() {
                 let words = (lanes.tracks.words(), &looks[..]);
-                let lane = show_lane(ui, (id, track), words, &axis, selection.0, &mut actions);
-                let mistakes = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
-                mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
+                let mistakes = cycles_of_mistakes(&lanes, id, clock.period_s);
+                let lane = show_lane(ui, (id, track, &mistakes), words, &axis, selection.0, &mut actions);
+                mark_mistakes(ui, lane, mistakes.into_iter(), &axis);
             }
         });
         // Below the lanes is the legend, even if there is room for more of them.
@@ -175,7 +175,7 @@ fn show_head(
 
 fn show_lane(
     ui: &mut egui::Ui,
-    (id, track): (RobotId, &LaneTrack),
+    (id, track, mistakes): (RobotId, &LaneTrack, &[u64]),
     (words, looks): (&[String], &[WordLook]),
     axis: &Axis,
     selected: Option<RobotId>,
@@ -198,14 +198,18 @@ fn show_lane(
         let right = axis.x(last as f64).max(axis.x(first as f64) + 1.0);
         Area::from_min_max(Pos2::new(axis.x(first as f64), top), Pos2::new(right, bottom))
     };
+    let mut marks: Vec<f32> =
+        track.kicks.iter().map(|(cycle, _)| cycle).chain(mistakes).map(|cycle| axis.x(*cycle as f64)).collect();
+    marks.sort_by(f32::total_cmp);
     for span in shown(&track.intentions, &axis).filter(|span| !words[span.what].is_empty()) {
         let block = block(span.first, span.last, lane.top(), lane.bottom() - BALL);
         let look = looks[span.what];
         look.fill(&painter, block);
-        if block.width() > WIDE_ENOUGH {
+        let left = left_of_word(block.left() + 3.0, &marks);
+        if block.right() - left > WIDE_ENOUGH - 3.0 {
             let font = FontId::proportional(10.0);
             painter.with_clip_rect(block.intersect(painter.clip_rect())).text(
-                block.left_center() + egui::vec2(3.0, 0.0),
+                Pos2::new(left, block.center().y),
                 Align2::LEFT_CENTER,
                 &words[span.what],
                 font,
@@ -232,6 +236,22 @@ fn show_lane(
         }
     }
     lane
+}
+
+/// The cycles in which the mistakes of a robot began.
+fn cycles_of_mistakes(lanes: &Lanes, robot: RobotId, period_s: f64) -> Vec<u64> {
+    let mistakes = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == robot);
+    mistakes.map(|mistake| cycle_of(mistake, period_s)).collect()
+}
+
+/// The left end of a word that begins at `left` unless there are marks: behind those that would cover its first letter. `marks` are in order.
+fn left_of_word(left: f32, marks: &[f32]) -> f32 {
+    /// The half width of a mark with a gap, and the width of a letter, logical pixels.
+    const MARK: f32 = 4.5;
+    const LETTER: f32 = 6.0;
+    marks
+        .iter()
+        .fold(left, |left, mark| if (left - MARK..left + LETTER + MARK).contains(mark) { mark + MARK } else { left })
 }
 
 /// Draws a triangle at the upper edge of a lane for each mistake.
@@ -310,4 +330,17 @@ fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Strin
         words.push_str(&mistake_words(mistake));
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_begins_behind_the_marks_that_would_cover_its_first_letter() {
+        assert_eq!(left_of_word(100.0, &[]), 100.0);
+        assert_eq!(left_of_word(100.0, &[50.0, 120.0]), 100.0);
+        // A kick at the beginning, and a mistake right behind it.
+        assert_eq!(left_of_word(100.0, &[97.0, 108.0]), 112.5);
+    }
 }

@@ -18,15 +18,17 @@ mod panel;
 mod saved_test;
 
 use super::branches::BranchCommand;
+use super::camera::{CameraMode, ViewerCamera};
 use super::display_settings::DisplaySettings;
 use super::keyframes::{Keyframes, Simulator};
 use super::layout::LayoutSystems;
 use super::overlays::OverlaySystems;
 use super::rebuild::{RebuildSystems, Rebuilt};
-use super::shared::{Notice, Playback};
+use super::shared::{Notice, Playback, ViewPreset};
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Intervention, Interventions};
+use naoisis_core::pitch::Pitch;
 use naoisis_core::team::Team;
 use naoisis_record::whatif::{self, Continuation, Continuations, Moment};
 use naoisis_sim::scenario::Scenario;
@@ -296,8 +298,22 @@ fn watch(world: &mut World, outcome: Outcome) -> Result<(), String> {
     let row = run.rows.iter().find(|row| outcome.is_of(row)).ok_or("No repetition has this outcome")?;
     let moment = Box::new(run.moment.clone());
     let outcome = outcome.words();
-    world.write_message(BranchCommand::PlayOn { moment, cycle: run.cycle, seed: row.seed, outcome });
+    let (cycle, seed) = (run.cycle, row.seed);
+    world.write_message(BranchCommand::PlayOn { moment, cycle, seed, outcome });
+    show_pitch(world);
     Ok(())
+}
+
+/// Shows the whole pitch if the camera looks at a place from nearby: play leaves it.
+fn show_pitch(world: &mut World) {
+    let mut cameras = world.query::<&ViewerCamera>();
+    let pitch = world.get_resource::<Pitch>();
+    let is_close = |camera: &ViewerCamera| {
+        camera.mode == CameraMode::Orbit && pitch.is_some_and(|pitch| camera.wanted.is_close_up(pitch))
+    };
+    if cameras.iter(world).any(is_close) {
+        world.write_message(ViewPreset::Broadcast);
+    }
 }
 
 fn save_as_test(world: &mut World, team: Team, percent: f64) -> Result<(), String> {

@@ -21,7 +21,8 @@ use naoisis_record::record::read_trace::ReadTrace;
 use naoisis_sim::scenario::saved_match::EXTENSION;
 use naoisis_sim::scenario::{Scenario, ScenarioError, ScenarioFile, TeamsSpec};
 use naoisis_sim::simulation;
-use trace_reading::{TraceReading, is_reading};
+pub use trace_reading::TraceReading;
+use trace_reading::is_reading;
 
 /// The time between two checks of the file, s.
 const LOOK_EVERY_S: f32 = 0.5;

@@ -11,6 +11,7 @@ use std::thread;
 
 use crate::viewer::event_log::EventLog;
 use crate::viewer::shared::{Notice, Playback};
+use crate::viewer::theme::minutes;
 use crate::viewer::timeline::Timeline;
 use naoisis_record::record::history::History;
 use naoisis_record::record::read::{Ending, TraceError};
@@ -146,7 +147,7 @@ pub(super) fn show_when_read(world: &mut World) {
     let Some(Reading { path, is_shown, progress, .. }) = &world.resource::<TraceReading>().0 else { return };
     let (path, is_shown) = (path.clone(), *is_shown);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let words = format!("{READING}{name}: {} s", progress.until_s.load(Ordering::Relaxed));
+    let words = format!("{READING}{name}: {}", minutes(progress.until_s.load(Ordering::Relaxed) as f32));
     if is_shown && !world.resource::<Timeline>().is_replay() {
         // Another branch is shown. The rest is added when the trace is shown again.
         return;

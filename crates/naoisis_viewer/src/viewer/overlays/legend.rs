@@ -8,7 +8,8 @@ use super::beliefs::robot_ink;
 use super::senses::camera_colour;
 use super::{Overlay, Showing};
 use crate::viewer::display_settings::DisplaySettings;
-use crate::viewer::layout::{self, LARGE_SCORE, LayoutSystems};
+use crate::viewer::floating::place_beside;
+use crate::viewer::layout::{self, LARGE_SCORE, LayoutSystems, shown_at};
 use crate::viewer::palette;
 use crate::viewer::theme::{MARGIN, card, team_colour, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
@@ -54,13 +55,9 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing, roster: Res<Roster>
     let is_small = free.x < NARROW || free.y < LOW;
     let (width, size) = if is_small { (free.x, text_size::SMALL) } else { (0.6 * free.x, text_size::IMPORTANT) };
     // A narrow picture has the pitch in its upper half.
-    let align = if free.x < NARROW { Align2::LEFT_BOTTOM } else { Align2::LEFT_TOP };
-    let area = layout::floating(context, "legend", align);
-    // In the use for watching, it is below the score.
-    let score = context.memory(|memory| memory.area_rect(LARGE_SCORE)).filter(|_| showing.is_watched());
-    let corner =
-        egui::pos2(layout::free_area(context).left() + MARGIN, score.map_or(0.0, |score| score.bottom() + MARGIN));
-    let area = if score.is_some() { area.fixed_pos(corner) } else { area };
+    let is_low = free.x < NARROW && !(showing.is_watched() && shown_at(context, LARGE_SCORE).is_some());
+    let align = if is_low { Align2::LEFT_BOTTOM } else { Align2::LEFT_TOP };
+    let area = layout::floating(context, "legend", align).fixed_pos(corner_of(context, align, showing.is_watched()));
     area.interactable(false).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.set_max_width(width - 40.0);
@@ -84,6 +81,14 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing, roster: Res<Roster>
         });
     });
     Ok(())
+}
+
+/// The corner of the legend with this alignment: below the score in the use for watching, and above what is at the lower edge.
+fn corner_of(context: &egui::Context, align: Align2, is_watched: bool) -> egui::Pos2 {
+    if let Some(score) = shown_at(context, LARGE_SCORE).filter(|_| is_watched) {
+        return egui::pos2(layout::free_area(context).left() + MARGIN, score.bottom() + MARGIN);
+    }
+    align.pos_in_rect(&place_beside(context, "legend", align, &["caption", "goal replay", "driver"]))
 }
 
 /// Returns the robot of which overlays are shown, if it is only one. In the world of one robot, it is that one.

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, CollapsingHeader, Grid, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+mod false_ones;
 mod last_kick;
 mod pictures;
 mod pins;
@@ -26,6 +27,8 @@ use super::shared::{Action, DRIVEN, Playback, Selection, SelectionCommand, Timel
 use super::theme::{band, bright, count, dim, minutes, problem_colour, text_size};
 use super::timeline::Timeline;
 use super::unrecognised::ShownUnrecognised;
+use false_ones::Objects;
+use naoisis_core::ball::Ball;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::{Inbox, TeamMessage};
 use naoisis_core::cycle::CycleClock;
@@ -36,6 +39,7 @@ use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
+use naoisis_sensing::appearance::scene::Scene;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::odometry::Odometry;
@@ -136,6 +140,7 @@ fn show_robot(
     (samples, current, display): (Res<CycleSamples>, Res<CurrentRecord>, Res<DisplaySettings>),
     (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
     (mut opened, missed, mut shown_cycle): (ResMut<Opened>, Res<ShownUnrecognised>, Local<u64>),
+    (scene, balls): (Option<Res<Scene>>, Query<(), With<Ball>>),
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
     (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
@@ -196,7 +201,10 @@ fn show_robot(
                 let seen = if is_off {
                     "off the pitch: it sees nothing".to_owned()
                 } else {
-                    wording::percepts(robot.percepts)
+                    let posts = scene.map_or(usize::MAX, |scene| scene.posts.len());
+                    let there = Objects::there(balls.iter().count(), posts, &roster);
+                    let missed = missed.0.as_deref().unwrap_or_default();
+                    wording::percepts(robot.percepts, Objects::false_ones(robot.percepts, missed, there))
                 };
                 ui.label(dim(seen).size(text_size::SMALL));
                 if clock.cycle > 0 && !is_off {
@@ -246,8 +254,16 @@ fn show_robot(
 
 /// Shows a section that can be closed. Returns whether it is open.
 fn section(ui: &mut egui::Ui, name: &str, open: bool, show: impl FnOnce(&mut egui::Ui)) -> bool {
+    let id = ui.id().with((name, "was open"));
     let header = CollapsingHeader::new(bright(name).size(text_size::IMPORTANT)).default_open(open);
-    header.show(ui, show).openness > 0.0
+    let is_open = header.show(ui, show).openness > 0.0;
+    let was_open = ui.data_mut(|data| data.get_temp(id).unwrap_or(false));
+    if is_open != was_open {
+        ui.data_mut(|data| data.insert_temp(id, is_open));
+        // Its tables have the heights of the rows that they had when it was closed.
+        ui.ctx().request_discard("a section was opened or closed");
+    }
+    is_open
 }
 
 /// Shows lines with a name and a value.

@@ -102,7 +102,7 @@ pub(super) fn draw_in_window(
     let Some(mount) = mount else { return Ok(()) };
     let (side, intrinsics) = (mount.name, settings.intrinsics(mount));
     // The panels may be scaled relative to the window.
-    let area = free.within(window.size());
+    let area = free.in_sight(window.size());
     let zoom = context.zoom_factor();
     let area = Rect { min: area.min / zoom, max: area.max / zoom };
     let frame = image_in(intrinsics, area);

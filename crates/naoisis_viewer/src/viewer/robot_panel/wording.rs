@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::false_ones::Objects;
 use crate::viewer::shared::state_name;
 use crate::viewer::theme::count;
 use naoisis_core::communication::TeamMessage;
@@ -85,17 +86,25 @@ pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> St
     .to_owned()
 }
 
-/// Returns the text with the numbers of detections.
-pub fn percepts(percepts: &Percepts) -> String {
-    let ball = percepts
-        .ball
-        .map(|ball| format!("ball at {:.2} m, {}", ball.position_m.length(), degrees(angle_of(ball.position_m))));
-    let some = |number: usize, name: &str| (number > 0).then(|| count(number, name));
+/// Returns the text with the numbers of detections, of which some are known to be of nothing.
+pub fn percepts(percepts: &Percepts, false_ones: Objects) -> String {
+    let of_nothing = |number: usize, all: usize| match number {
+        0 => String::new(),
+        _ if number == all => " (false: not there)".to_owned(),
+        _ => format!(" ({number} false)"),
+    };
+    let ball = percepts.ball.map(|ball| {
+        let at = format!("ball at {:.2} m, {}", ball.position_m.length(), degrees(angle_of(ball.position_m)));
+        at + &of_nothing(false_ones.balls, percepts.all_balls().count())
+    });
+    let some = |number: usize, name: &str, of_them: usize| {
+        (number > 0).then(|| count(number, name) + &of_nothing(of_them, number))
+    };
     let parts = [
         ball,
-        some(percepts.goal_posts.len(), "post"),
-        some(percepts.robots.len(), "robot"),
-        some(percepts.landmarks.len(), "landmark"),
+        some(percepts.goal_posts.len(), "post", false_ones.posts),
+        some(percepts.robots.len(), "robot", false_ones.robots),
+        some(percepts.landmarks.len(), "landmark", 0),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     if parts.is_empty() { "no detections".to_owned() } else { parts.join(", ") }
@@ -223,9 +232,12 @@ pub fn message(message: &TeamMessage) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_core::camera_model::CameraName;
     use naoisis_core::kick_geometry::KickType;
+    use naoisis_core::pitch::GoalColour;
     use naoisis_core::robot::motion::WalkCommand;
     use naoisis_sensing::belief::BallBelief;
+    use naoisis_sensing::sensing::vision::GoalPostPercept;
 
     #[test]
     fn commands_are_told_in_speeds() {
@@ -259,7 +271,12 @@ mod tests {
     fn heads_and_percepts_are_told_in_words() {
         assert_eq!(head(-0.349_07, 0.174_53), "20° right, 10° down");
         assert_eq!(pose(Pose::new(-0.001, 0.0, -0.001)), "0.00, 0.00 m, 0°");
-        assert_eq!(percepts(&Percepts::default()), "no detections");
+        assert_eq!(percepts(&Percepts::default(), Objects::default()), "no detections");
+        let post = GoalPostPercept::new(CameraName::TOP, GoalColour::White, Vec2::ZERO, Vec2::X);
+        let mut seen = Percepts::default();
+        seen.goal_posts = vec![post; 2];
+        let words = |posts| percepts(&seen, Objects { posts, ..default() });
+        assert_eq!([words(0), words(1), words(2)], ["2 posts", "2 posts (1 false)", "2 posts (false: not there)"]);
         let reading = SonarReading { left: None, right: Some(0.3), time_s: None };
         assert_eq!([sonar(reading, true), sonar(reading, false)], ["left —, right 0.30 m", "none"]);
     }

@@ -170,6 +170,11 @@ pub(super) fn keep(
     mut file: ResMut<BookmarkFile>,
     mut notice: ResMut<Notice>,
 ) {
+    let are_stored = file.of.as_ref().is_some_and(|(_, path)| path.is_some());
+    if bookmarks.are_stored != are_stored {
+        // The bookmarks themselves do not change by this.
+        bookmarks.bypass_change_detection().are_stored = are_stored;
+    }
     if file.of.as_ref().is_none_or(|(of, _)| !of.is_same(&keyframes)) {
         // The bookmarks of other branches are not stored.
         let is_fork = branches.is_some_and(|branches| branches.is_fork(&keyframes));

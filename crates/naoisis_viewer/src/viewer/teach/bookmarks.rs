@@ -67,6 +67,8 @@ pub struct Bookmarks {
     shown: Option<usize>,
     /// The match of the bookmarks.
     of: Keyframes,
+    /// Whether they are stored in a file.
+    pub(super) are_stored: bool,
 }
 
 impl Bookmarks {
@@ -85,9 +87,16 @@ impl Bookmarks {
         format!("Bookmark {} of {}", self.shown.map_or(0, |shown| shown + 1), self.list.len())
     }
 
+    /// What is said of a new bookmark. One of a match without a file is lost with the window.
+    fn added_words(&self) -> String {
+        let kept =
+            if self.are_stored { "" } else { ". Ctrl S saves the match with it; else it is lost with the window" };
+        format!("{}; J: next one, Shift J: previous one{kept}", self.shown_words())
+    }
+
     /// Replaces the bookmarks by those stored for a match.
     pub(super) fn take_in(&mut self, list: Vec<Bookmark>, of: &Keyframes) {
-        *self = Bookmarks { list, shown: None, of: of.clone() };
+        *self = Bookmarks { list, shown: None, of: of.clone(), are_stored: self.are_stored };
     }
 
     /// Adds a bookmark; replaces one of the same moment, but not its caption. Returns whether there was one.
@@ -168,7 +177,7 @@ fn apply(
                 });
                 notice.tell(match is_replaced {
                     true => format!("{} has this view and these strokes now", bookmarks.shown_words()),
-                    false => format!("{}; J: next one, Shift J: previous one", bookmarks.shown_words()),
+                    false => bookmarks.added_words(),
                 });
             }
             TeachAction::NextBookmark | TeachAction::PreviousBookmark => {
@@ -322,6 +331,15 @@ mod tests {
         let pen = &app.world().resource::<Pen>().marks;
         assert_eq!(pen, &[stroke(80.0)], "its strokes go with the bookmark");
         assert_eq!(bookmarks.shown, None);
+    }
+
+    #[test]
+    fn a_bookmark_that_is_not_stored_is_said_to_be_lost() {
+        let mut bookmarks = Bookmarks::default();
+        bookmarks.add(bookmark(50, "pass"));
+        assert!(bookmarks.added_words().contains("Ctrl S saves"));
+        bookmarks.are_stored = true;
+        assert_eq!(bookmarks.added_words(), "Bookmark 1 of 1; J: next one, Shift J: previous one");
     }
 
     #[test]

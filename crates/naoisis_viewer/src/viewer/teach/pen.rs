@@ -1,6 +1,7 @@
 //! The pen: arrows and zones on the pitch, which stay in place when the view moves.
 
 use bevy::prelude::*;
+use bevy::window::WindowEvent;
 
 use crate::viewer::camera::ViewerCamera;
 use crate::viewer::layout::{MouseTaken, OverPanel, mouse_is_over_match};
@@ -38,26 +39,65 @@ pub(super) fn apply(
     }
 }
 
+/// What the mouse did, in the order in which it did so.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum MouseInput {
+    /// It moved to a position in the window, logical pixels.
+    Moved(Vec2),
+    /// Its left button was pressed.
+    Pressed,
+    /// Its left button was released.
+    Released,
+}
+
+impl MouseInput {
+    fn of(event: &WindowEvent) -> Option<Self> {
+        match event {
+            WindowEvent::CursorMoved(moved) => Some(Self::Moved(moved.position)),
+            WindowEvent::MouseButtonInput(input) if input.button == MouseButton::Left => {
+                Some(if input.state.is_pressed() { Self::Pressed } else { Self::Released })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Draws by the mouse. While a picture is drawn, the mouse may be pressed, move on, and be released: a stroke begins and ends where it was
+/// pressed and released, not where it is when the picture is ready.
 pub(super) fn draw(
-    buttons: Res<ButtonInput<MouseButton>>,
+    mut events: MessageReader<WindowEvent>,
+    mut cursor: Local<Option<Vec2>>,
     keys: Res<ButtonInput<KeyCode>>,
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     (wants, over): (Res<EguiWantsInput>, Res<OverPanel>),
     mut pen: ResMut<Pen>,
 ) {
-    if !pen.is_on {
-        return;
-    }
-    if let Some(at) = window.cursor_position().and_then(|cursor| on_pitch(*camera, cursor)) {
-        if buttons.just_pressed(MouseButton::Left) && mouse_is_over_match(&wants, &over) {
-            pen.press(at);
+    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    let is_over_match = mouse_is_over_match(&wants, &over);
+    *cursor = cursor.or(window.cursor_position());
+    for input in events.read().filter_map(MouseInput::of) {
+        if let MouseInput::Moved(at) = input {
+            *cursor = Some(at);
         }
-        if buttons.pressed(MouseButton::Left) {
-            pen.move_to(at, keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]));
+        let at = cursor.and_then(|cursor| on_pitch(*camera, cursor));
+        if pen.is_on
+            && (input != MouseInput::Pressed || is_over_match)
+            && (pen.is_drawing() || input == MouseInput::Pressed)
+        {
+            guide(&mut pen, input, at, shift);
         }
     }
-    if buttons.just_released(MouseButton::Left) {
+}
+
+/// Guides the pen by an input of the mouse, which is `at` a point of the pitch, or over the sky.
+fn guide(pen: &mut Pen, input: MouseInput, at: Option<Vec2>, shift: bool) {
+    match (input, at) {
+        (MouseInput::Pressed, Some(at)) => pen.press(at),
+        (MouseInput::Moved(_) | MouseInput::Released, Some(at)) => pen.move_to(at, shift),
+        (_, None) => {}
+    }
+    if input == MouseInput::Released {
         pen.release();
     }
 }
@@ -120,6 +160,19 @@ mod tests {
         pen.move_to(other, false);
         pen.release();
         assert_eq!(pen.marks.len(), 2, "without a press nothing is drawn");
+    }
+
+    #[test]
+    fn a_stroke_within_one_picture_begins_where_the_mouse_was_pressed() {
+        let (one, other) = (Vec2::new(1.0, 0.5), Vec2::new(-0.5, 0.0));
+        let mut pen = Pen::default();
+        let moved = MouseInput::Moved(Vec2::ZERO);
+        let inputs =
+            [(MouseInput::Pressed, Some(one)), (moved, Some(other)), (moved, None), (MouseInput::Released, None)];
+        inputs.into_iter().for_each(|(input, at)| guide(&mut pen, input, at, false));
+        assert_eq!(pen.marks, [PenMark::Arrow(one, other)], "over the sky, the last point on the ground counts");
+        guide(&mut pen, moved, Some(one), false);
+        assert!(!pen.is_drawing() && pen.under_way().is_none());
     }
 
     #[test]

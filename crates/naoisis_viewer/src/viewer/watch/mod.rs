@@ -10,8 +10,8 @@ pub mod summary;
 
 use super::display_settings::is_watching;
 use super::layout::{self, LARGE_SCORE, LayoutSystems};
-use super::panels::TeamNames;
 use super::shared::{Playback, clock_words};
+use super::team_labels::{TeamNames, width_of};
 use super::theme::{band, bright, card, dim};
 use goal_replay::GoalReplay;
 use naoisis_core::cycle::CycleClock;
@@ -48,9 +48,9 @@ fn show_score(
 ) -> Result {
     /// The width of the choice of the window's use on both sides, logical pixels.
     const BESIDE: f32 = 360.0;
-    /// The width of everything but the names, and of one of their letters, as multiples of the height of the letters.
-    const OTHERS: f32 = 8.5;
-    const LETTER: f32 = 0.33;
+    /// The width of bands and gaps, as a multiple of the height of the letters, and that of margins, logical pixels.
+    const GAPS: f32 = 1.5;
+    const MARGINS: f32 = 90.0;
     /// The width of everything with short names, as a multiple of the height of the letters.
     const LEAST: f32 = 12.5;
     /// The width of the free area from which on the half is shown, too, logical pixels.
@@ -65,7 +65,10 @@ fn show_score(
         true => (Align2::LEFT_TOP, BESIDE / 2.0),
         false => (Align2::CENTER_TOP, BESIDE),
     };
-    let names = names.both(width - beside - OTHERS * size, LETTER * size);
+    let painter = context.layer_painter(egui::LayerId::background());
+    let score = format!("{} : {}", game.score.blue, game.score.pink);
+    let others = width_of(&painter, &score, size) + width_of(&painter, &clock, 0.5 * size) + GAPS * size + MARGINS;
+    let names = names.within(width - beside - others, |name| width_of(&painter, name, 0.6 * size));
     let large = |words: String, share: f32| bright(words).font(FontId::proportional(share * size));
     layout::floating(context, LARGE_SCORE, align).interactable(false).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
@@ -74,7 +77,7 @@ fn show_score(
                 band(ui, Team::Blue, egui::vec2(0.4 * size, 0.8 * size));
                 ui.label(large(names[0].clone(), 0.6));
                 ui.add_space(0.2 * size);
-                ui.label(large(format!("{} : {}", game.score.blue, game.score.pink), 1.0));
+                ui.label(large(score.clone(), 1.0));
                 ui.add_space(0.2 * size);
                 ui.label(large(names[1].clone(), 0.6));
                 band(ui, Team::Pink, egui::vec2(0.4 * size, 0.8 * size));

@@ -18,8 +18,8 @@ use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::new_file::{stem, write_new};
 use crate::viewer::palette;
-use crate::viewer::panels::TeamNames;
 use crate::viewer::shared::{Action, Notice, Playback, is_over};
+use crate::viewer::team_labels::TeamNames;
 use crate::viewer::theme::{card, dim, minutes, team_colour, team_colour_on, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
@@ -193,7 +193,7 @@ fn show_summary(
         });
         return Ok(());
     };
-    let names = names.both(f32::INFINITY, 1.0);
+    let names = names.both();
     // With the goals of an ordinary match, it fits into a window of 720 logical pixels without scrolling.
     let letters = (0.33 * large_letters(context)).max(text_size::ENTRY);
     let most_height = (layout::free_area(context).height() - BESIDE_CONTENTS).max(BESIDE_CONTENTS);
