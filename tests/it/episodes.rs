@@ -53,7 +53,20 @@ fn demonstrations_are_a_data_set_the_same_on_any_number_of_threads() {
         text(&written("TwoOnTwo", ["--team", "roles"], "one", "2").stdout).contains("episodes of one robot each: 4,")
     );
     let again = written("TwoOnTwo", ["--team", "roles"], "one", "2");
-    assert!(again.status.code() == Some(2) && text(&again.stderr).contains("the data set exists already"));
+    assert!(again.status.code() == Some(2) && text(&again.stderr).contains("exists already; --force replaces it"));
+    let data = folder.join("one/naoisis/TwoOnTwo/roles-paper-v0/data");
+    let agent = |index: usize| {
+        let metadata = fs::read(data.join(format!("{index}/metadata.json"))).unwrap();
+        serde_json::from_slice::<Value>(&metadata).unwrap()["agent"].clone()
+    };
+    assert_eq!([0, 1, 2, 3].map(agent), ["blue1", "blue2", "blue1", "blue2"]);
+    let replaced = ["episodes", "TwoOnTwo", "--team", "roles", "--episodes", "1", "--out", "one", "--force"];
+    assert!(naoisis(folder, &replaced).status.success() && !data.join("2").exists());
+    // What is not as by default is in the name.
+    let others = ["--observation", "truth", "--seed", "7"];
+    assert!(
+        text(&naoisis(folder, &[&replaced[..8], &others].concat()).stdout).contains("roles-paper-truth-seed7-v0: ")
+    );
 }
 
 #[test]

@@ -22,6 +22,9 @@ use naoisis_sim::scenario::Realism;
 /// The word for all tasks.
 const ALL: &str = "all";
 
+/// The seed of the first episode by default.
+const FIRST_SEED: u64 = 1;
+
 /// Arguments of `naoisis episodes`.
 #[derive(Args, Debug, Clone)]
 pub struct EpisodesArguments {
@@ -50,7 +53,7 @@ pub struct EpisodesArguments {
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     episodes: u32,
     /// Seed of the first episode; each further episode has the next seed
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = FIRST_SEED)]
     seed: u64,
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -58,6 +61,9 @@ pub struct EpisodesArguments {
     /// The folder of data sets, as in `MINARI_DATASETS_PATH`
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Replace a data set of the same name
+    #[arg(long)]
+    force: bool,
     /// Print nothing but errors
     #[arg(long)]
     quiet: bool,
@@ -126,13 +132,13 @@ fn write_data_set(
     let failed = |error: &io::Error| {
         let message = format!("--out: {}: {error}", arguments.out.join(&id).display());
         if error.kind() == io::ErrorKind::AlreadyExists {
-            report::usage_error(&message)
+            report::usage_error(&format!("{message}; --force replaces it"))
         } else {
             report::failure(&message)
         }
     };
-    let mut dataset =
-        MinariDataset::create(&arguments.out, &id, [&ranges, &actions], facts).map_err(|error| failed(&error))?;
+    let mut dataset = MinariDataset::create(&arguments.out, &id, [&ranges, &actions], facts, arguments.force)
+        .map_err(|error| failed(&error))?;
     let attempts = Attempts {
         episodes: arguments.episodes as usize,
         first_seed: arguments.seed,
@@ -152,6 +158,7 @@ fn write_data_set(
             is_terminated: !robot.is_truncated,
             is_truncated: robot.is_truncated,
             seed: robot.seed,
+            agent: &robot.robot.to_string(),
         });
         written.map_err(EpisodesError::File)
     });
@@ -183,7 +190,7 @@ fn player(arguments: &EpisodesArguments) -> ChallengePlayer {
     }
 }
 
-/// The name of the data set, such as `naoisis/ScoreEmptyGoal/striker-ideal-v0`.
+/// The name of the data set, such as `naoisis/ScoreEmptyGoal/striker-ideal-v0`. What is not as by default is in it.
 fn id(challenge: &Challenge, player: &ChallengePlayer, arguments: &EpisodesArguments) -> String {
     let player = match player {
         ChallengePlayer::Policy(file) => Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned(),
@@ -194,7 +201,13 @@ fn id(challenge: &Challenge, player: &ChallengePlayer, arguments: &EpisodesArgum
     let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
     let player: String = player.chars().map(|letter| if is_word(letter) { letter } else { '_' }).collect();
     let robot = arguments.robot.as_ref().map(|robot| format!("-{robot}")).unwrap_or_default();
-    format!("naoisis/{}/{player}-{}{robot}-v{}", challenge.name, arguments.realism.name(), challenge.version)
+    let observation = match arguments.observation {
+        ObservationKind::Belief => String::new(),
+        other => format!("-{}", serde_json::to_value(other).ok().as_ref().and_then(Value::as_str).unwrap_or_default()),
+    };
+    let seed = if arguments.seed == FIRST_SEED { String::new() } else { format!("-seed{}", arguments.seed) };
+    let realism = arguments.realism.name();
+    format!("naoisis/{}/{player}-{realism}{robot}{observation}{seed}-v{}", challenge.name, challenge.version)
 }
 
 /// What the metadata says of the episodes.

@@ -36,6 +36,8 @@ pub struct EpisodeSteps<'a> {
     pub is_truncated: bool,
     /// The seed of the episode.
     pub seed: u64,
+    /// The agent.
+    pub agent: &'a str,
 }
 
 /// A data set that is being written.
@@ -51,14 +53,17 @@ pub struct MinariDataset {
 }
 
 impl MinariDataset {
-    /// Creates the data set `id` below `root`. `spaces` are the least and greatest values of observations and of actions; `facts` are further
+    /// Creates the data set `id` below `root`, instead of an existing one if `replaces` is set. `spaces` are the least and greatest values of observations and of actions; `facts` are further
     /// fields of its metadata, such as `author`.
     ///
     /// # Errors
     /// The folder exists, or cannot be made.
-    pub fn create(root: &Path, id: &str, spaces: [&[[f32; 2]]; 2], facts: Value) -> io::Result<Self> {
+    pub fn create(root: &Path, id: &str, spaces: [&[[f32; 2]]; 2], facts: Value, replaces: bool) -> io::Result<Self> {
         let folder = root.join(id).join("data");
-        if folder.exists() {
+        // A folder without metadata is one of a data set that was broken off.
+        if folder.exists() && replaces {
+            fs::remove_dir_all(&folder)?;
+        } else if folder.exists() {
             return Err(io::Error::new(io::ErrorKind::AlreadyExists, "the data set exists already"));
         }
         fs::create_dir_all(&folder)?;
@@ -102,7 +107,8 @@ impl MinariDataset {
         let table = folder.join("part-0.parquet");
         write_table(File::create(&table)?, episode, self.lengths).map_err(io::Error::other)?;
         self.bytes += fs::metadata(&table)?.len();
-        let metadata = json!({ "id": self.episodes, "total_steps": steps, "seed": episode.seed });
+        let metadata =
+            json!({ "id": self.episodes, "total_steps": steps, "seed": episode.seed, "agent": episode.agent });
         write_json(&folder.join("metadata.json"), &metadata)?;
         self.episodes += 1;
         self.steps += steps;
@@ -203,10 +209,15 @@ mod tests {
     fn an_episode_has_a_row_for_each_observation() {
         let root = std::env::temp_dir().join(format!("naoisis-minari-{}", std::process::id()));
         let ranges = [[-1.0, 1.0], [0.0, 2.0]];
-        let mut dataset =
-            MinariDataset::create(&root, "naoisis/Test/idle-v0", [&ranges, &ranges[..1]], json!({ "author": "us" }))
-                .unwrap();
-        let again = MinariDataset::create(&root, "naoisis/Test/idle-v0", [&ranges, &ranges], json!({}));
+        let mut dataset = MinariDataset::create(
+            &root,
+            "naoisis/Test/idle-v0",
+            [&ranges, &ranges[..1]],
+            json!({ "author": "us" }),
+            false,
+        )
+        .unwrap();
+        let again = MinariDataset::create(&root, "naoisis/Test/idle-v0", [&ranges, &ranges], json!({}), false);
         assert_eq!(again.unwrap_err().kind(), io::ErrorKind::AlreadyExists);
         let episode = EpisodeSteps {
             observations: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
@@ -215,6 +226,7 @@ mod tests {
             is_terminated: true,
             is_truncated: false,
             seed: 7,
+            agent: "blue1",
         };
         dataset.add(&episode).unwrap();
         assert!(dataset.add(&EpisodeSteps { actions: &[0.7], ..episode }).is_err());
