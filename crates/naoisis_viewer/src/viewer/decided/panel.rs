@@ -31,6 +31,8 @@ const LISTED: usize = 8;
 
 /// The distance around the ball that is shown of the moment of a swing, m.
 const AROUND_BALL_M: f32 = 2.5;
+/// The width that the score of a swing has at the right of its headline, logical pixels.
+const SCORE_WIDTH: f32 = 64.0;
 
 /// What was clicked.
 enum Clicked {
@@ -174,7 +176,12 @@ fn show_swing(
         ui.label(dim(format!("{} to {}", times[0], times[1])).monospace().size(text_size::SMALL));
         let words = headline(swing);
         let text = RichText::new(&words).color(team_colour(ui, swing.team)).strong().size(text_size::IMPORTANT);
-        if link(ui, text, &words).on_hover_text("Click: show the moment at which it began").clicked() {
+        // The score is beside the words, not over them.
+        let headline = ui.scope(|ui| {
+            ui.set_max_width((ui.available_width() - SCORE_WIDTH).max(0.0));
+            link(ui, text, &words).on_hover_text("Click: show the moment at which it began").clicked()
+        });
+        if headline.inner {
             clicked = Some(Clicked::Time(swing.from_s));
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

@@ -1,5 +1,6 @@
 //! The detections of a robot of things that are not there.
 
+use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
 use naoisis_sensing::sensing::vision::{MissedObject, Percepts, SceneObject};
 
@@ -16,8 +17,8 @@ pub struct Objects {
 
 impl Objects {
     /// Returns the objects that a robot may have detected. Robots that are off the pitch may have been there when it sensed.
-    pub fn there(balls: usize, posts: usize, roster: &Roster) -> Objects {
-        Objects { balls, posts, robots: roster.len().saturating_sub(1) }
+    pub fn there(balls: usize, pitch: &Pitch, roster: &Roster) -> Objects {
+        Objects { balls, posts: pitch.goal_posts().len(), robots: roster.len().saturating_sub(1) }
     }
 
     /// Returns the numbers of detections that are of nothing, at least: of the objects that are `there`, the robot detected no more than those
@@ -49,7 +50,7 @@ mod tests {
     fn detections_beyond_the_objects_that_were_not_missed_are_false() {
         let missed = |object| MissedObject { object, why: WhyMissed::OutsideImage };
         let robot = |number| missed(SceneObject::Robot(RobotId::new(Team::Pink, number)));
-        let there = Objects { balls: 1, posts: 4, robots: 3 };
+        let there = Objects { robots: 3, ..Objects::there(1, &Pitch::default(), &Roster::default()) };
         let robot_percept = RobotPercept::new(CameraName::TOP, Team::Pink, Vec2::ZERO, Vec2::X);
         let mut percepts = Percepts::default();
         percepts.ball = Some(BallPercept::new(CameraName::TOP, Vec2::ZERO, Vec2::X));
@@ -58,5 +59,7 @@ mod tests {
         assert_eq!(of(&[robot(1)]), Objects::default());
         assert_eq!(of(&[robot(1), robot(2)]), Objects { robots: 1, ..Objects::default() });
         assert_eq!(of(&[missed(SceneObject::Ball(0))]), Objects { balls: 1, ..Objects::default() });
+        // A pitch has four posts, in a replay, too.
+        assert_eq!(there.posts, 4);
     }
 }

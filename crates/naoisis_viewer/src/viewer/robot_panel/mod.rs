@@ -34,12 +34,12 @@ use naoisis_core::communication::{Inbox, TeamMessage};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, Penalty};
 use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
-use naoisis_sensing::appearance::scene::Scene;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::odometry::Odometry;
@@ -140,7 +140,7 @@ fn show_robot(
     (samples, current, display): (Res<CycleSamples>, Res<CurrentRecord>, Res<DisplaySettings>),
     (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
     (mut opened, missed, mut shown_cycle): (ResMut<Opened>, Res<ShownUnrecognised>, Local<u64>),
-    (scene, balls): (Option<Res<Scene>>, Query<(), With<Ball>>),
+    (pitch, balls): (Res<Pitch>, Query<(), With<Ball>>),
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
     (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
@@ -201,8 +201,7 @@ fn show_robot(
                 let seen = if is_off {
                     "off the pitch: it sees nothing".to_owned()
                 } else {
-                    let posts = scene.map_or(usize::MAX, |scene| scene.posts.len());
-                    let there = Objects::there(balls.iter().count(), posts, &roster);
+                    let there = Objects::there(balls.iter().count(), &pitch, &roster);
                     let missed = missed.0.as_deref().unwrap_or_default();
                     wording::percepts(robot.percepts, Objects::false_ones(robot.percepts, missed, there))
                 };

@@ -127,6 +127,9 @@ impl Bookmarks {
 /// Removes the bookmarks of another match, and the strokes of a bookmark when another moment is shown.
 fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut pen: ResMut<Pen>, mut bookmarks: ResMut<Bookmarks>) {
     if !bookmarks.of.is_same(&keyframes) {
+        if bookmarks.list.iter().any(|bookmark| !bookmark.marks.is_empty()) {
+            pen.marks.retain(|mark| !bookmarks.list.iter().any(|bookmark| bookmark.marks.contains(mark)));
+        }
         *bookmarks = Bookmarks { of: keyframes.clone(), ..default() };
     }
     // Once the bookmark's moment was shown, going to another moment ends it.
@@ -331,6 +334,19 @@ mod tests {
         let pen = &app.world().resource::<Pen>().marks;
         assert_eq!(pen, &[stroke(80.0)], "its strokes go with the bookmark");
         assert_eq!(bookmarks.shown, None);
+    }
+
+    #[test]
+    fn strokes_of_a_bookmark_end_with_its_match() {
+        let stroke = |x| PenMark::Arrow(Vec2::ZERO, Vec2::new(x, 0.0));
+        let mut app = App::new();
+        app.insert_resource(CycleClock { cycle: 50, ..default() }).init_resource::<Keyframes>();
+        let mut bookmarks = Bookmarks { of: app.world().resource::<Keyframes>().clone(), ..default() };
+        bookmarks.add(Bookmark { marks: vec![stroke(1.0)], ..bookmark(50, "pass") });
+        app.insert_resource(bookmarks).add_systems(Update, forget);
+        app.init_resource::<Pen>().world_mut().resource_mut::<Pen>().marks = vec![stroke(1.0), stroke(2.0)];
+        app.insert_resource(Keyframes::default()).update();
+        assert_eq!(app.world().resource::<Pen>().marks, [stroke(2.0)]);
     }
 
     #[test]
