@@ -369,6 +369,7 @@ impl Environments {
         &self,
         py: Python<'_>,
         seed: Option<u64>,
+        match_seed: Option<u64>,
         mask: Option<PyReadonlyArrayDyn<'_, bool>>,
         changes: Option<Changes<'_>>,
         arrays: Filled<'_>,
@@ -382,7 +383,9 @@ impl Environments {
             return Err(PyValueError::new_err(message));
         }
         let start = changes.map(|changes| self.origin.changed(py, &changes)).transpose()?.map(Arc::new);
-        self.fill(py, &arrays, |py, worlds, arrays| Ok(py.detach(|| worlds.reset(seed, mask, start.as_ref(), arrays))))
+        self.fill(py, &arrays, |py, worlds, arrays| {
+            Ok(py.detach(|| worlds.reset(seed, mask, start.as_ref(), match_seed, arrays)))
+        })
     }
 
     fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<()> {

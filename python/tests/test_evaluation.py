@@ -156,3 +156,17 @@ def test_the_bootstrap_of_a_mean_is_about_students_interval():
     [one] = _statistics.bootstrap([[2.0]], _statistics.mean_of_samples)
     assert (one.value, one.high) == (2.0, math.inf)
     assert f"{_statistics.share(8, 10):.2f}" == "0.80 (0.49 to 0.94)"
+
+
+def test_the_extras_of_a_policy_are_those_of_its_environment(tmp_path):
+    for suffix in (".onnx", ".json"):
+        shutil.copy(POLICIES / f"passers_clone{suffix}", tmp_path / f"policy{suffix}")
+    layout = json.loads((tmp_path / "policy.json").read_text())
+    layout |= {"extras": {"tracked": True}, "choice": "likeliest"}
+    (tmp_path / "policy.json").write_text(json.dumps(layout))
+    same = {"set": {"duration_s": 20}, "reward": {"to_ball": 1.0, "ball_to_goal": 1.0}}
+    tables = [
+        naoisis.evaluate(tmp_path / "policy.onnx", "Match3v3", 2, **same, **options).table["return"]
+        for options in ({}, {"extras": ["tracked"]}, {"extras": []})
+    ]
+    assert np.array_equal(tables[0], tables[1]) and not np.array_equal(tables[0], tables[2])

@@ -146,11 +146,11 @@ def test_infos_tell_the_opponents_and_the_counts_of_an_episode():
         "naoisis/Match3v3-v0", control="blue2", opponents=["roles", "passers"], statistics=True, set={"duration_s": 30}
     )
     _, begun = env.reset(seed=5)
-    assert begun["opponents"] in ("roles", "passers") and begun["seed"] < 2**64
+    assert begun["opponents"] in ("roles", "passers") and begun["match_seed"] < 2**64
     truncated = False
     while not truncated:
         _, _, _, truncated, ended = env.step(np.zeros(8, np.float32))
-    assert ended["opponents"] == begun["opponents"] and ended["seed"] == begun["seed"]
+    assert ended["opponents"] == begun["opponents"] and ended["match_seed"] == begun["match_seed"]
     statistics = ended["statistics"]
     assert statistics["possession"] + statistics["opponents_possession"] in (pytest.approx(1.0), 0.0)
     assert statistics["opponents_distance_m"] > 1.0 and statistics["distance_m"] >= 0.0
@@ -167,6 +167,82 @@ def test_the_counts_are_those_of_the_agents_team():
     counts = info["statistics"]
     assert counts["distance_m"][0] == counts["opponents_distance_m"][1] > 0.0
     assert counts["distance_m"][1] == counts["opponents_distance_m"][0] > 0.0
+
+
+def test_an_episode_is_played_again_by_its_match_seed_and_what_was_drawn():
+    options = {"observation": "truth", "draws": {"messages.delay_cycles": [1, 10]}, "autoreset_mode": "same_step"}
+    envs = naoisis.vector_env("ScoreEmptyGoal", 2, **options)
+    envs.reset(seed=4, options={"set": {"duration_s": 0.2}})
+    for _ in range(5):
+        observations, _, _, truncations, info = envs.step(np.zeros((2, 8), np.float32))
+        if truncations.any():
+            again = naoisis.MatchEnv("ScoreEmptyGoal", observation="truth")
+            drawn = {name: value[1] for name, value in info["drawn"].items() if not name.startswith("_")}
+            first, told = again.reset(seed=9, options={"match_seed": int(info["match_seed"][1]), "set": drawn})
+            assert np.array_equal(first, observations[1]) and told["match_seed"] == info["match_seed"][1]
+            assert isinstance(drawn["messages.delay_cycles"], int)
+            # Only the first episode is that one.
+            assert again.reset()[1]["match_seed"] != told["match_seed"]
+
+
+def test_infos_tell_nothing_that_a_reset_has_changed():
+    env = naoisis.MatchEnv("match3v3", control="blue1", opponents=["roles", "passers"], realism=["ideal", "realistic"])
+    snapshot = env.reset(seed=1) and env.snapshot()
+    assert set(env.reset(options={"set": {"realism": "realistic"}})[1]) == {"match_seed", "opponents"}
+    assert set(env.reset(options={"set": {"teams.pink": "roles"}})[1]) == {"match_seed", "realism"}
+    assert set(env.reset(options={"snapshot": snapshot})[1]) == {"match_seed"}
+    assert set(env.reset()[1]) == {"match_seed", "opponents", "realism"}
+
+
+def test_a_copy_from_the_middle_of_an_episode_has_no_counts_of_a_part():
+    envs = naoisis.vector_env("ScoreEmptyGoal", 1, statistics=True, set={"duration_s": 0.5}, autoreset_mode="same_step")
+    envs.reset(seed=1)
+    envs.step(np.zeros((1, 8), np.float32))
+    copy = pickle.loads(pickle.dumps(envs))
+    ends = []
+    while len(ends) < 2:
+        info = copy.step(np.zeros((1, 8), np.float32))[4]
+        ends += [info["final_info"]] if "final_info" in info else []
+    assert ["statistics" in end for end in ends] == [False, True]
+
+
+@naoisis.batch_reward
+def _nearer(steps):
+    before, after = steps.column("ball.x")
+    return after - before
+
+
+def test_an_environment_with_a_reward_of_all_worlds_can_be_pickled():
+    envs = naoisis.vector_env("ScoreEmptyGoal", 2, reward=_nearer)
+    envs.reset(seed=1)
+    action = np.ones((2, 8), np.float32)
+    copy = pickle.loads(pickle.dumps(envs))
+    assert np.array_equal(envs.step(action)[1], copy.step(action)[1])
+    assert pickle.loads(pickle.dumps(_nearer)) is _nearer
+    assert naoisis.MatchEnv(reward=_nearer).reward_weights == {}
+
+
+def test_a_reward_cannot_change_the_step_that_it_sees():
+    @naoisis.batch_reward
+    def changes(steps):
+        steps.terminated[...] = True
+
+    envs = naoisis.vector_env("ScoreEmptyGoal", 1, reward=changes)
+    envs.reset(seed=1)
+    with pytest.raises(ValueError, match="read-only"):
+        envs.step(np.zeros((1, 8), np.float32))
+
+
+def test_a_penalised_robot_says_nothing():
+    env = _pair()
+    env.reset(seed=1, options={"set": {"interventions": [{"at_s": 0.0, "do": {"penalise": {"robot": "blue1"}}}]}})
+    names = env.observation_names
+    for _ in range(20):
+        observations, *_ = env.step({agent: _saying(1.0, 1.0, 1.0) for agent in env.agents})
+    assert observations["blue_1"][names.index("body.penalised")] == 1.0
+    # What it said before it was told of its penalty gets old, and it hears its team-mate all the time.
+    ages = [observations[agent][names.index("message1.age")] for agent in ("blue_1", "blue_2")]
+    assert ages[0] < 0.2 and ages[1] > 10 * env._worlds.step_s
 
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step", "disabled"])
@@ -206,6 +282,9 @@ def test_a_reward_of_all_worlds_sees_each_step_from_its_beginning_to_its_end(mod
 
 def test_a_reward_of_all_worlds_that_is_no_array_of_them_is_a_clear_exception():
     for value, exception, words in [
+        (np.zeros(2, complex), TypeError, "expected an array of numbers"),
+        (["1", "2"], TypeError, "expected an array of numbers"),
+        (None, TypeError, "expected an array of numbers"),
         (np.zeros(5), ValueError, r"shape \(5,\); expected \(2, 1\) or \(2,\)"),
         ([1.0, np.nan], ValueError, "not finite"),
         ("x", TypeError, "expected an array of numbers"),
@@ -270,7 +349,7 @@ def test_an_environment_with_extras_can_be_copied_in_the_middle_of_an_episode():
 def test_self_play_has_the_infos_of_its_team():
     envs = SelfPlay("OneOnOne", 3, observation="belief", statistics=True, set={"duration_s": 1.0}, extras=["set_plays"])
     _, info = envs.reset(seed=1)
-    assert info["seed"].shape == (3,)
+    assert info["match_seed"].shape == (3,)
     over = np.zeros(3, bool)
     while not over.any():
         _, _, terminations, truncations, info = envs.step(np.zeros((3, 8), np.float32))
@@ -290,6 +369,14 @@ def test_self_play_has_the_infos_of_its_team():
         ({"draws": {"messages.loss": (1, 0)}}, ValueError, "is no range"),
         ({"draws": {"messages.loss": 1}}, TypeError, "expected a range, as a tuple"),
         ({"draws": [1]}, TypeError, "draws: expected a dictionary"),
+        ({"draws": {"seed": [1]}}, ValueError, "draws: episodes have seeds of their own"),
+        ({"set": {"seed": 1}}, ValueError, "set: episodes have seeds of their own"),
+        ({"draws": {"realism": ["ideal"]}}, ValueError, "draws: realism is an option of its own"),
+        (
+            {"draws": {"messages": [{"loss": 0.5}], "messages.loss": [0.1]}},
+            ValueError,
+            "messages.loss is a part of messages",
+        ),
         ({"realism": ["ideal", "x"]}, naoisis.ScenarioError, "`realism` is `x`"),
         ({"realism": 3}, TypeError, "realism: expected a level"),
     ],

@@ -16,16 +16,16 @@ Scenario = str | os.PathLike[str] | Mapping[str, Any]
 LARGEST_SEED = 2**64 - 1
 
 
-def seed_of(seed: Any) -> int | None:
+def seed_of(seed: Any, name: str = "seed") -> int | None:
     """The seed as a number of 64 bits, or None."""
     if seed is None:
         return None
     try:
         number = operator.index(seed)
     except TypeError:
-        raise TypeError(f"seed: expected a whole number, not {seed!r}") from None
+        raise TypeError(f"{name}: expected a whole number, not {seed!r}") from None
     if not 0 <= number <= LARGEST_SEED:
-        raise ValueError(f"seed: {number} is out of range; expected 0 to {LARGEST_SEED}")
+        raise ValueError(f"{name}: {number} is out of range; expected 0 to {LARGEST_SEED}")
     return number
 
 

@@ -17,14 +17,12 @@ from naoisis._players import AnyPolicy, Player
 from naoisis._policies import Policy
 from naoisis._statistics import Estimate, bootstrap, mean, mean_of_samples, share
 from naoisis._tables import Columns
-from naoisis._worlds import Worlds
+from naoisis._worlds import CommonOptions, Worlds
 from naoisis.errors import MatchError
 
 if TYPE_CHECKING:
     import pandas
     from typing_extensions import Unpack
-
-    from naoisis._worlds import CommonOptions
 
 __all__ = ["CrossPlay", "PairResult", "cross_play"]
 
@@ -190,6 +188,13 @@ def cross_play(
         raise ValueError(f"seed: {seed} cannot be the first of {count // 2}; expected 0 to {LARGEST_SEED}")
     if "control" in options or "opponents" in options:
         raise TypeError("control and opponents: both teams are played here; expected neither")
+    if not all(isinstance(name, str) for name in players):
+        raise TypeError(f"players: expected texts as names, not {list(players)!r}")
+    unknown = [name for name in options if name not in CommonOptions.__annotations__]
+    if unknown:
+        raise TypeError(
+            f"got an unexpected keyword argument {unknown[0]!r}; expected one of {', '.join(CommonOptions.__annotations__)}"
+        )
     made: dict[str, Any] = {**options} if observation is None else {"observation": observation, **options}
     at_once = count_of(_players.MOST_WORLDS if num_envs is None else num_envs, "num_envs", most=1_000_000)
     table = _Table(scenario, first, count // 2, min(at_once, count // 2), threads, made)
@@ -268,6 +273,13 @@ class _Table:
         return any(name == task for task, _, _ in _naoisis.challenges())
 
     def _built_in(self, blue: str, pink: str) -> list[_Match]:
+        # What functions observe and do says nothing of a match without them.
+        ignored = [name for name in ("draws",) if self.options.get(name)]
+        if ignored or not isinstance(self.options.get("realism"), (str, type(None))):
+            name = ignored[0] if ignored else "realism"
+            raise ValueError(
+                f"{name}: matches of built-in teams and files have one scenario; expected no draws and one level of realism"
+            )
         played = batch(
             self.scenario,
             self.matches,

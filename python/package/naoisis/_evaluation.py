@@ -90,7 +90,8 @@ def evaluate(
     >>> naoisis.evaluate(lambda seen: model.predict(seen, deterministic=True)[0], "ScoreEmptyGoal", observation="belief")
 
     It plays exactly the episodes with the seeds from ``seed`` on, each to its end. They start as those of ``naoisis challenge`` with
-    the same seeds, and as those of environments that are reset with them; the result does not depend on ``num_envs`` and ``threads``.
+    the same seeds, and as those of environments that are reset with them. The result does not depend on ``num_envs`` and ``threads``, unless a policy
+    draws its choices: it has one sequence of random numbers for all robots.
 
     Args:
         policy: An ONNX file or a :class:`naoisis.Policy`, which is played with its own observation, action and cycles per step, in a match with as

@@ -11,6 +11,7 @@ from naoisis import _naoisis
 from naoisis._arguments import check_set, count_of, word_of
 
 CHANGES = ("set", "situation", "snapshot", "draws")
+OPTIONS = (*CHANGES, "match_seed")
 
 
 def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -22,6 +23,7 @@ def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
             raise TypeError(f"options: {name}: expected a dictionary, not {value!r}")
         changes[name] = None if value is None else dict(value)
     check_set(changes["set"])
+    check_fields(changes["set"], "options: set")
     changes["draws"] = None if options.get("draws") is None else draws_of(options["draws"])
     snapshot = options.get("snapshot")
     if snapshot is not None:
@@ -30,7 +32,9 @@ def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
                 f"options: snapshot: expected the bytes of a match's snapshot, not {type(snapshot).__name__}"
             )
         if any(changes[name] is not None for name in ("set", "situation", "draws")):
-            raise ValueError("options: a snapshot cannot be changed; expected no `set` and no `situation` beside it")
+            raise ValueError(
+                "options: a snapshot cannot be changed; expected no `set`, `draws` and `situation` beside it"
+            )
         changes["snapshot"] = bytes(snapshot)
     return changes if any(value is not None for value in changes.values()) else None
 
@@ -40,8 +44,8 @@ def check_options(options: Mapping[str, Any] | None, *more: str) -> None:
     if options is not None and not isinstance(options, Mapping):
         raise TypeError(f"options: expected a dictionary, not {options!r}")
     for name in options or ():
-        if name not in (*CHANGES, *more):
-            raise ValueError(f"options: there is no {name!r}; expected {', '.join((*CHANGES, *more))}")
+        if name not in (*OPTIONS, *more):
+            raise ValueError(f"options: there is no {name!r}; expected {', '.join((*OPTIONS, *more))}")
 
 
 def opponents_of(opponents: Any, control: list[str] | None) -> tuple[str, list[str]]:
@@ -65,6 +69,17 @@ def words_of(words: Any, name: str, what: str) -> list[str]:
     return list(words)
 
 
+def check_fields(fields: Any, name: str) -> None:
+    """Checks that fields for episodes do not set the seed, which each episode has of its own, and that none is a part of another."""
+    words = [field for field in fields or () if isinstance(field, str)]
+    if "seed" in words:
+        raise ValueError(f"{name}: episodes have seeds of their own; expected the seed of a reset")
+    for field in words:
+        part = next((other for other in words if other.startswith((f"{field}.", f"{field}["))), None)
+        if part is not None:
+            raise ValueError(f"{name}: {part} is a part of {field}; expected one of the two")
+
+
 def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
     """The fields that are drawn, whether each has a range, and its values."""
     if draws is None:
@@ -72,6 +87,9 @@ def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
     if not isinstance(draws, Mapping):
         raise TypeError(f"draws: expected a dictionary of fields and what their values are drawn from, not {draws!r}")
     check_set(draws)
+    check_fields(draws, "draws")
+    if "realism" in draws:
+        raise ValueError("draws: realism is an option of its own; expected a list of levels there")
     fields: list[tuple[str, bool, list[Any]]] = []
     for field, values in draws.items():
         if not isinstance(field, str):
@@ -84,8 +102,8 @@ def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
             if not (np.isfinite(low) and np.isfinite(high) and low <= high):
                 raise ValueError(f"draws: {field}: {values} is no range; expected the least and the greatest number")
             fields.append((field, True, [low, high]))
-        elif isinstance(values, list) and values:
-            fields.append((field, False, values))
+        elif isinstance(values, (list, np.ndarray)) and len(values):
+            fields.append((field, False, list(values)))
         else:
             raise TypeError(
                 f"draws: {field}: expected a range, as a tuple of two numbers, or a list of values, not {values!r}"

@@ -44,7 +44,13 @@ def layout_of(policy: Any) -> dict[str, Any]:
     """The options of the environment for which a policy was made; empty if it does not say that."""
     if not isinstance(policy, Policy):
         return {}
-    return {name: policy.layout[name] for name in ("observation", "action", "cycles_per_step")}
+    extras = dict(policy.layout.get("extras", {}))
+    words = extras.pop("words", 0)
+    return {
+        **{name: policy.layout[name] for name in ("observation", "action", "cycles_per_step")},
+        "extras": [name for name, is_there in extras.items() if is_there],
+        "says": words,
+    }
 
 
 class Player:

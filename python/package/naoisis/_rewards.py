@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -52,6 +53,15 @@ class BatchReward:
         if not callable(function):
             raise TypeError(f"reward: expected a function of steps, not {function!r}")
         self.function = function
+        self.__module__ = getattr(function, "__module__", __name__)
+        self.__qualname__ = getattr(function, "__qualname__", "")
+
+    def __reduce__(self) -> Any:
+        # A function that was decorated is not found by its own name: its reward is there.
+        found: Any = sys.modules.get(self.__module__)
+        for name in self.__qualname__.split("."):
+            found = getattr(found, name, None)
+        return self.__qualname__ if found is self else (BatchReward, (self.function,))
 
     def of(self, steps: Steps) -> np.ndarray:
         """The rewards of all agents: ``float32`` (worlds, agents).
@@ -62,9 +72,12 @@ class BatchReward:
         worlds, agents = steps.success.shape
         given = self.function(steps)
         try:
-            rewards = np.asarray(given, np.float32)
-        except (TypeError, ValueError):
-            raise TypeError(f"reward: the function returned {given!r}; expected an array of numbers") from None
+            rewards = np.asarray(given)
+        except ValueError:
+            rewards = np.asarray(None)
+        if rewards.dtype.kind not in "biuf":
+            raise TypeError(f"reward: the function returned {given!r}; expected an array of numbers")
+        rewards = rewards.astype(np.float32)
         if rewards.shape == (worlds,):
             rewards = np.repeat(rewards[:, None], agents, axis=1)
         if rewards.shape != (worlds, agents):
@@ -74,6 +87,13 @@ class BatchReward:
         if not np.isfinite(rewards).all():
             raise ValueError("reward: the function returned a number that is not finite")
         return rewards
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """A view of an array that cannot be written to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def batch_reward(function: Callable[[Steps], Any]) -> BatchReward:

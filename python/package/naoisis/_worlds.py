@@ -12,8 +12,17 @@ from gymnasium import spaces
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, control_of, count_of, match_of, seed_of
 from naoisis._names import suggesting_tasks
-from naoisis._options import changes_of, check_memory, draws_of, extras_of, opponents_of, weights_of, words_of
-from naoisis._rewards import BatchReward, Steps
+from naoisis._options import (
+    changes_of,
+    check_fields,
+    check_memory,
+    draws_of,
+    extras_of,
+    opponents_of,
+    weights_of,
+    words_of,
+)
+from naoisis._rewards import BatchReward, Steps, read_only
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -82,12 +91,19 @@ class Worlds:
         observation, action = options.get("observation", "perception"), options.get("action", "continuous")
         levels = words_of(options.get("realism"), "realism", "a level of realism")
         made = match_of(scenario, set=options.get("set"), realism=levels[0] if levels else None)
+        check_fields(options.get("set"), "set")
         side, pool = opponents_of(options.get("opponents"), control)
         if pool:
             made[side] = pool[0]
         self._levels, self._pool = levels, pool
         draws = draws_of(options.get("draws"))
         self._drawn = [field for field, *_ in draws]
+        given = {"realism": levels, "teams": pool}
+        for field in self._drawn:
+            if given.get(field.split(".")[0]):
+                raise ValueError(f"draws: {field} is an option, too; expected it in one of the two only")
+        # Fields that settings of the environment or of a reset can change, so that infos do not tell them.
+        self._set = list(options.get("set") or ())
         reward = options.get("reward")
         self.batch_reward = reward if isinstance(reward, BatchReward) else None
         self.own_reward = reward if callable(reward) else None
@@ -228,7 +244,8 @@ class Worlds:
     ) -> None:
         """Starts episodes, with the changes of :func:`changes_of`."""
         changes = changes_of(options or {})
-        self.inner.reset(seed_of(seed), mask, changes, arrays)
+        match_seed = seed_of((options or {}).get("match_seed"), "options: match_seed")
+        self.inner.reset(seed_of(seed), match_seed, mask, changes, arrays)
         self._keep_states()
         for world in range(self.worlds) if mask is None else np.flatnonzero(mask):
             self._changes[world] = changes
@@ -255,18 +272,19 @@ class Worlds:
             shape = (self.worlds, len(self.agents))
             of_worlds = {name: arrays[name].reshape(shape)[:, 0] for name in ("terminations", "truncations")}
             steps = Steps(
-                before=self._states,
-                after=arrays["final_states"],
+                before=read_only(self._states),
+                after=read_only(arrays["final_states"]),
                 names=self.state_names,
                 agents=self.agents,
-                actions=acted.reshape(*shape, -1),
-                terminated=of_worlds["terminations"],
-                truncated=of_worlds["truncations"],
-                success=arrays["successes"].reshape(shape),
+                actions=read_only(acted.reshape(*shape, -1)),
+                terminated=read_only(of_worlds["terminations"]),
+                truncated=read_only(of_worlds["truncations"]),
+                success=read_only(arrays["successes"].reshape(shape)),
                 seconds=self.step_s,
             )
-            arrays["rewards"][...] = self.batch_reward.of(steps).reshape(-1)
+            # The worlds have been stepped, also if the function fails.
             self._keep_states()
+            arrays["rewards"][...] = self.batch_reward.of(steps).reshape(-1)
         if self.own_reward is not None:
             truths = [self.inner.truth(world) for world in range(self.worlds)]
             rewards = [self._reward_of(truth, robot) for truth in truths for robot in self.agents]
@@ -282,14 +300,18 @@ class Worlds:
         return self._origin_of(world, self.inner.origin(world))
 
     def _origin_of(self, world: int, origin: Mapping[str, Any]) -> dict[str, Any]:
-        info: dict[str, Any] = {"seed": origin["seed"]}
+        info: dict[str, Any] = {"match_seed": origin["seed"]}
+        changes = self._changes[world] or {}
+        if changes.get("snapshot") is not None:
+            return info
         level, team = divmod(origin["scenario"], max(1, len(self._pool)))
-        if self._pool:
-            info["opponents"] = self._pool[team]
-        if self._levels:
-            info["realism"] = self._levels[level]
-        changed = (self._changes[world] or {}).get("draws")
+        changed = changes.get("draws")
         drawn = self._drawn if changed is None else [field for field, *_ in changed]
+        set_here = {str(field).split(".")[0] for field in (*self._set, *(changes.get("set") or ()), *drawn)}
+        if self._pool and "teams" not in set_here:
+            info["opponents"] = self._pool[team]
+        if self._levels and "realism" not in set_here:
+            info["realism"] = self._levels[level]
         if drawn:
             info["drawn"] = dict(zip(drawn, origin["drawn"]))
         return info

@@ -48,14 +48,14 @@ class MatchEnv(gymnasium.Env):
         realism: The level of realism; from a list of levels one is drawn for each episode. In ``"realistic"``, tasks of the paper's NAO have
             the NAO V6, as in ``naoisis challenge``. Spaces are wide enough for each level, so that a reset can set another one.
         draws: Fields of the scenario that are drawn for each episode: a tuple of two numbers is a range, a list has the possible values, as in
-            ``{"messages.loss": (0.0, 0.3), "cycle_s": [0.02, 0.04]}``.
+            ``{"messages.loss": (0.0, 0.3), "messages.delay_cycles": [1, 5, 10]}``. Whole numbers need a list.
         extras: What is observed besides: ``"set_plays"`` (set plays, drop balls and stops that the robot was told of), ``"messages"``
             (the last message of each team-mate, in the order of their numbers), ``"tracked"`` (other robots keep their places in the
             observation while they are followed; otherwise the nearest is first).
         says: The number of words, 0 to 8, that a robot can say to its team-mates as a part of its action. Continuous actions have
             one more number for each, and one that sends them; others, except ``"discrete"``, have one more list of choices.
         statistics: Whether ``info["statistics"]`` at the end of an episode has the counts of both teams: goals, shots, kicks, passes, possession,
-            distance, falls, penalties, by the definitions of a match.
+            distance, falls, penalties, by the definitions of a match. An episode that was copied or pickled in its middle has none.
         camera: The name of the camera of images in the robot's model: for a NAO ``"top"`` or ``"bottom"``, for a Booster K1
             ``"head"`` [default: the robot's first].
         image_size: Height and width of images, pixels.
@@ -65,8 +65,8 @@ class MatchEnv(gymnasium.Env):
     ``draws`` are fields to draw instead of those of the environment, ``situation`` are start areas as in a task's file, and ``snapshot`` is a moment to start from, of
     :meth:`naoisis.Match.snapshot` or :meth:`snapshot`, each time with other random numbers.
 
-    The info of a reset has the seed of the match, and what was drawn for it: ``seed``, ``opponents``, ``realism`` and ``drawn``, as far as there is a
-    choice. The info at the end of an episode has them, too, and ``success``.
+    The info of a reset has ``match_seed``, the seed of the match, and what was drawn for it: ``opponents``, ``realism`` and ``drawn``, as far as there
+    is a choice. The info at the end of an episode has them, too, and ``success``. ``reset(options={"match_seed": ...})`` plays that episode again.
 
     The end of a task, and the final whistle, terminate an episode; its time limit truncates it. ``info["success"]`` says
     whether the task ended with success for the agent's team, such as with its goal. A penalised robot stays an agent, with ``body.penalised`` in its observation.
@@ -75,7 +75,7 @@ class MatchEnv(gymnasium.Env):
         observation_names: The names of the numbers of an observation.
         observation_entries: For each its name, least and greatest value, and meaning.
         action_names: The names of the numbers of an action, or of the choices, one list per choice.
-        reward_weights: The weights of the terms of the reward.
+        reward_weights: The weights of the terms of the reward; none if it is a function.
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
@@ -95,7 +95,8 @@ class MatchEnv(gymnasium.Env):
         self.observation_names = self._worlds.observation_names
         self.observation_entries = self._worlds.observation_entries
         self.action_names = self._worlds.action_names
-        self.reward_weights = self._worlds.inner.reward
+        has_own_reward = self._worlds.own_reward is not None or self._worlds.batch_reward is not None
+        self.reward_weights = {} if has_own_reward else self._worlds.inner.reward
         self.metadata = {"render_modes": modes_here(), "render_fps": round(1 / self._worlds.step_s)}
         self._has_seed = False
 

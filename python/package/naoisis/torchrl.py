@@ -160,14 +160,15 @@ class MatchEnv(EnvBase):
             raise ValueError(
                 f"_step: the episode of world {world} is not over; expected worlds to rest after their episodes only"
             )
-        shown = {name: self._of_worlds(array)[rests].copy() for name, array in self._arrays.items()}
+        of_agents = {name: array for name, array in self._arrays.items() if not name.startswith("final_")}
+        shown = {name: self._of_worlds(array)[rests].copy() for name, array in of_agents.items()}
         if (rests & self._is_over).any():
             # All worlds are stepped together, so those that rest play an episode that nobody sees.
             self._worlds.reset(None, self._arrays, None, rests & self._is_over)
         self._worlds.step(self._actions(tensordict, rests), self._arrays)
         self._is_over = self._of_worlds(self._arrays["terminations"] | self._arrays["truncations"])[:, 0].copy()
         self._is_done = self._is_over | rests
-        for name, array in self._arrays.items():
+        for name, array in of_agents.items():
             self._of_worlds(array)[rests] = 0 if name == "rewards" else shown[name]
         self._state[~rests] = self._worlds.inner.state()[~rests]
         return self._tensors(with_rewards=True)
@@ -189,7 +190,9 @@ class MatchEnv(EnvBase):
 
     def _tensors(self, with_rewards: bool) -> TensorDictBase:
         """What there is to see, copied from the arrays of the worlds."""
-        of_agents = {name: self._of_worlds(array) for name, array in self._arrays.items()}
+        of_agents = {
+            name: self._of_worlds(array) for name, array in self._arrays.items() if not name.startswith("final_")
+        }
 
         def tensor(array: np.ndarray) -> torch.Tensor:
             return torch.from_numpy(np.array(array)).to(self.device)

@@ -98,6 +98,8 @@ pub struct Episode {
     pub world: World,
     /// The start of its episodes, if it differs from that of the settings.
     pub start: Option<Arc<Start>>,
+    /// The seed of the match of the next episode, instead of that of its sequence.
+    pub match_seed: Option<u64>,
     /// Breaks off a step when it becomes true. Its episode cannot go on then.
     pub stop: Arc<AtomicBool>,
     pub(super) seeds: RandomStream,
@@ -105,7 +107,7 @@ pub struct Episode {
     pub(super) standings: Vec<Standing>,
     pub(super) course: Course,
     pub(super) origin: EpisodeOrigin,
-    counter: Option<Box<dyn EpisodeCounter>>,
+    pub(super) counter: Option<Box<dyn EpisodeCounter>>,
     /// The episode that ended in the last step, if one did.
     pub(super) ended: Option<EndedEpisode>,
     /// The robot whose program was lost in the last step, and what happened.
@@ -123,6 +125,7 @@ impl Episode {
         Self {
             world,
             start: None,
+            match_seed: None,
             stop,
             seeds,
             memories,
@@ -158,7 +161,8 @@ impl Episode {
     /// # Errors
     /// If the match of the episode cannot be started.
     pub fn begin(&mut self, settings: &EnvironmentSettings) -> Result<(), StartError> {
-        let seed = self.seeds.next_u64();
+        let drawn = self.seeds.next_u64();
+        let seed = self.match_seed.take().unwrap_or(drawn);
         self.origin = EpisodeOrigin { seed, ..default() };
         match &**self.start.as_ref().unwrap_or(&settings.start) {
             Start::Scenarios { first, others, situation } => {
@@ -183,7 +187,7 @@ impl Episode {
         perceive(&mut self.world);
         self.progress = EpisodeProgress::default();
         self.course = Course::default();
-        self.count(settings);
+        self.counter = settings.counter.map(|begin| begin(&mut self.world));
         self.memories.clear();
         let odometry_of =
             |id: &RobotId| self.world.resource::<Roster>().get(*id).map(|robot| odometry(&self.world, robot));
@@ -193,11 +197,6 @@ impl Episode {
         self.standings.clear();
         self.standings.extend(settings.control.iter().map(|id| Standing::of(&self.world, *id)));
         Ok(())
-    }
-
-    /// Begins to count the match in its present state, if it is counted.
-    pub(super) fn count(&mut self, settings: &EnvironmentSettings) {
-        self.counter = settings.counter.map(|begin| begin(&mut self.world));
     }
 
     /// Keeps the messages that arrived at the controlled robots in this cycle, if they are observed.
@@ -356,7 +355,9 @@ pub(crate) fn said(
     id: RobotId,
 ) -> Option<TeamMessage> {
     let believed = || (observation == ObservationKind::Belief).then(|| team_message(world, id)).flatten();
-    match space.said(action) {
+    let status = world.resource::<Roster>().get(id).and_then(|robot| world.get::<GameStatus>(robot));
+    let is_penalised = status.is_some_and(|status| status.penalised);
+    match space.said(action).filter(|_| !is_penalised) {
         Some(words) => Some(with_words(believed(), &words)),
         None => believed(),
     }

@@ -74,7 +74,8 @@ impl Environments {
             if let Some(bytes) = &world.snapshot {
                 Snapshot::from_bytes(bytes, &episode.world)?.restore(&mut episode.world)?;
                 episode.set_senses(settings);
-                episode.count(settings);
+                // What was counted before is not saved, and a part of an episode is not counted.
+                episode.counter = None;
             }
             episode.seeds = state.seeds;
             episode.memories = state.memories;

@@ -230,7 +230,7 @@ impl Environments {
 
     /// Starts an episode in the worlds of the mask, or in all, and fills in their observations. With `seed`, the worlds get consecutive
     /// seeds from it; otherwise each continues its own sequence. The episodes start from `start` until the next reset; without it, from the
-    /// start in the settings.
+    /// start in the settings. The first of these episodes has the match of `match_seed`, if it is given.
     ///
     /// # Errors
     /// If a match cannot be started, or differs from the one that the environment was made for.
@@ -239,6 +239,7 @@ impl Environments {
         seed: Option<u64>,
         mask: Option<&[bool]>,
         start: Option<&Arc<Start>>,
+        match_seed: Option<u64>,
         arrays: Arrays,
     ) -> Result<(), EnvironmentError> {
         let (settings, simulator) = (&self.settings, self.simulator);
@@ -251,6 +252,7 @@ impl Environments {
                 part.episode.seed(seed.wrapping_add(part.index as u64));
             }
             part.episode.start = start.cloned();
+            part.episode.match_seed = match_seed;
             guarded(part, simulator, |part| {
                 *part.has_begun = false;
                 part.episode.ended = None;
