@@ -43,14 +43,13 @@ fn place_of(intervention: Intervention) -> Option<Vec2> {
     }
 }
 
-/// Returns the words of an intervention that waits. What is drawn at its new place needs no name.
+/// Returns the words of an intervention that waits. The ball, which is drawn at its new place, needs no name.
 fn waiting_words(intervention: Intervention) -> String {
     /// When it happens.
     const WHEN: &str = "when the match goes on";
     match intervention {
-        Intervention::PlaceRobot { .. } | Intervention::PlaceBall { .. } | Intervention::DropBall { .. } => {
-            WHEN.to_owned()
-        }
+        Intervention::PlaceRobot { robot, .. } => format!("{robot}, {WHEN}"),
+        Intervention::PlaceBall { .. } | Intervention::DropBall { .. } => WHEN.to_owned(),
         other => format!("{other}, {WHEN}"),
     }
 }
@@ -77,10 +76,15 @@ mod tests {
     #[test]
     fn what_waits_is_said_once_where_it_will_happen() {
         let ball = |speed| Intervention::PlaceBall { position_m: Vec2::ONE, velocity_mps: Vec2::new(speed, 0.0) };
-        let queue = [ball(0.0), Intervention::Whistle, Intervention::KickOff { team: Team::Pink }, ball(1.0)];
+        let robot = Intervention::PlaceRobot { robot: BLUE, pose: Pose::new(2.0, 1.0, 0.5) };
+        let kick_off = Intervention::KickOff { team: Team::Pink };
+        let queue = [ball(0.0), robot, Intervention::Whistle, kick_off, ball(1.0)];
         let words: Vec<_> = words_of(&queue).collect();
-        let expected =
-            [(Vec2::ZERO, "kick-off for pink, when the match goes on"), (Vec2::ONE, "when the match goes on")];
+        let expected = [
+            (Vec2::new(2.0, 1.0), "blue1, when the match goes on"),
+            (Vec2::ZERO, "kick-off for pink, when the match goes on"),
+            (Vec2::ONE, "when the match goes on"),
+        ];
         assert_eq!(words, expected.map(|(place, words)| (place, words.to_owned())));
     }
 }

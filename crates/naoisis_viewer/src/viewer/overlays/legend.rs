@@ -128,7 +128,7 @@ pub(super) fn marks(overlay: Overlay) -> Vec<(Color, &'static str)> {
             [inks(&[(Orange, "recognises the ball"), (White, "lines")]), teams(["blue", "pink"]).to_vec()].concat()
         }
         Overlay::Beliefs => inks(&[
-            (Purple, "believes itself"),
+            (Purple, "believes itself; ellipses have 95 % of the probability"),
             (Orange, "the ball, with a line to it; arrow: its motion"),
             (robot_ink(Team::Blue), "a blue robot"),
             (robot_ink(Team::Pink), "a pink robot"),
