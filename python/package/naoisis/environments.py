@@ -126,7 +126,8 @@ class MatchEnv(gymnasium.Env):
 
     def snapshot(self) -> bytes:
         """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``. Robots see in the first observation what
-        they saw in the snapshot: nothing, if the truth is observed here."""
+        they saw in the snapshot: nothing, if the truth is observed here. A robot without a belief in it begins with its true pose, if beliefs are
+        observed there, as at the start of a match."""
         return self._worlds.inner.snapshot(0)
 
     def state(self) -> np.ndarray:
@@ -346,7 +347,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
     def snapshot(self, world: int = 0) -> bytes:
         """A snapshot of a world, to start episodes from: ``reset(options={"snapshot": ...})``. Robots see in the first observation what
-        they saw in the snapshot: nothing, if the truth is observed here."""
+        they saw in the snapshot: nothing, if the truth is observed here. A robot without a belief in it begins with its true pose, if beliefs are
+        observed there, as at the start of a match."""
         return self._worlds.inner.snapshot(count_of(world, "world", least=0))
 
     def state(self) -> np.ndarray:

@@ -132,7 +132,8 @@ class MatchParallelEnv(ParallelEnv):
 
     def snapshot(self) -> bytes:
         """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``. Robots see in the first observation what
-        they saw in the snapshot: nothing, if the truth is observed here."""
+        they saw in the snapshot: nothing, if the truth is observed here. A robot without a belief in it begins with its true pose, if beliefs are
+        observed there, as at the start of a match."""
         return self._worlds.inner.snapshot(0)
 
     def render(self) -> np.ndarray | None:
