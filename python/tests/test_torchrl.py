@@ -218,3 +218,11 @@ def test_benchmarl_takes_tasks(tmp_path):
     )
     experiment.run()
     assert experiment.n_iters_performed == 1
+
+
+def test_a_reward_of_all_worlds_is_that_of_each_agent():
+    reward = naoisis.batch_reward(lambda steps: steps.after[:, 0])
+    env = MatchEnv("FirstGoal", num_envs=2, control="blue", observation="truth", action="discrete", reward=reward)
+    played = env.rollout(3)
+    ball = played["next", "state"][..., 0]
+    assert torch.equal(played["next", "blue", "reward"].squeeze(-1), ball[..., None].expand(2, 3, 2))

@@ -14,7 +14,7 @@ from torch import nn
 from torch.distributions import Categorical
 from torchrl.envs import RewardSum, TransformedEnv
 from torchrl.modules import MultiAgentMLP, ProbabilisticActor
-from torchrl.objectives import ClipPPOLoss, ValueEstimators
+from torchrl.objectives import ClipPPOLoss
 
 from naoisis.torchrl import MatchEnv
 
@@ -58,7 +58,7 @@ def main(frames: int = 200_000, worlds: int = 32, task: str = "TwoOnTwo") -> lis
         done=("blue", "done"),
         terminated=("blue", "terminated"),
     )
-    loss.make_value_estimator(ValueEstimators.GAE, gamma=0.99, lmbda=0.95)
+    loss.make_value_estimator(gamma=0.99, lmbda=0.95)
     optimizer = torch.optim.Adam(loss.parameters(), 3e-4)
     rewards, after = [], None
     for _ in range(frames // (worlds * STEPS)):
@@ -83,10 +83,9 @@ def main(frames: int = 200_000, worlds: int = 32, task: str = "TwoOnTwo") -> lis
                 optimizer.zero_grad()
         rewards.append(float(data["next", "blue", "reward"].mean()))
         ended = data["next", "done"].squeeze(-1)
-        won = data["next", "blue", "info", "success"][ended].float().mean()
-        print(
-            f"{len(rewards) * worlds * STEPS} steps, mean reward {rewards[-1]:.4f}, {won:.0%} of {int(ended.sum())} episodes won"
-        )
+        # Each robot of a team has the success of its team.
+        won, over = int(data["next", "blue", "info", "success"][ended][:, 0].sum()), int(ended.sum())
+        print(f"{len(rewards) * worlds * STEPS} steps, mean reward {rewards[-1]:.4f}, {won} of {over} episodes won")
     return rewards
 
 

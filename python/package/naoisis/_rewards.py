@@ -92,7 +92,7 @@ class BatchReward:
 def read_only(array: np.ndarray) -> np.ndarray:
     """A view of an array that cannot be written to."""
     view = array.view()
-    view.flags.writeable = False
+    view.setflags(write=False)
     return view
 
 
