@@ -18,7 +18,7 @@ use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
 
 /// The greatest height of the legend, as a share of that of the free area.
-const MOST_HEIGHT: f32 = 0.5;
+const MOST_HEIGHT: f32 = 0.34;
 
 /// The size of a patch, logical pixels.
 const PATCH: f32 = 9.0;
