@@ -1,32 +1,29 @@
 //! Worlds in which something learns, stepped together.
 
 use bevy::ecs::world::World;
-use naoisis::camera_model::{CameraName, NotACameraName};
 use naoisis::cycle::CycleClock;
 use naoisis::environment::challenge::CHALLENGES;
 use naoisis::environment::counts::BeginCounter;
 use naoisis::environment::reward::REWARDS;
 use naoisis::environment::{
-    self, ActionKind, ActionSpace, Arrays, AutoReset, Challenge, EnvironmentError, EnvironmentSettings, Extras,
-    ObservationEntry, ObservationForm, ObservationKind, RewardWeights, SavedWorld, StartError, action, action_space,
+    self, ActionKind, ActionSpace, Arrays, Challenge, EnvironmentError, EnvironmentSettings, Extras, ObservationEntry,
+    ObservationForm, ObservationKind, RewardWeights, SavedWorld, StartError, action, action_space,
 };
 use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::record::match_counts::begin_episode;
 use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
-use naoisis::scenario::{Realism, ScenarioFile, ScenarioSource, Setting};
-use naoisis::sensing::camera::CameraRendering;
+use naoisis::scenario::{ScenarioFile, ScenarioSource};
 use naoisis::simulation::Snapshot;
-use naoisis::team::RobotId;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
-use serde::de::DeserializeOwned;
+use pyo3::types::PyBytes;
 use std::sync::{Arc, Mutex, TryLockError};
 
 use crate::errors::{match_error, of_snapshot, scenario_error, snapshot_error};
-use crate::simulator::{self, Made, setting};
-use crate::starts::{Changes, DrawnField, Origin, Starts, draws_of, scenario_of};
+use crate::shapes::{Shape, auto_reset_of, camera_of, observed_kind, ranges_of_levels, with_images, word};
+use crate::simulator::{self, Made};
+use crate::starts::{Changes, Origin, Starts, draws_of, scenario_of};
 use crate::steps::{Filled, slice, step, written};
 use crate::values::{Digits, from_python, to_python};
 
@@ -54,124 +51,6 @@ pub struct Environments {
     count: usize,
     entries: usize,
     states: usize,
-}
-
-/// How an environment is: a dictionary with these keys.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct Shape<'py> {
-    control: Option<Vec<String>>,
-    /// Other opponents than the first: the side of each, and its team's name.
-    others: Vec<(String, String)>,
-    solo: bool,
-    observation: String,
-    camera: Option<String>,
-    image_size: [u32; 2],
-    action: String,
-    cycles_per_step: Option<u32>,
-    reward: Option<Bound<'py, PyDict>>,
-    /// Other levels of realism than the first, one of which is drawn for each episode.
-    realisms: Vec<String>,
-    /// The fields of the scenario that are drawn for each episode.
-    draws: Vec<DrawnField<'py>>,
-    extras: ShapeExtras,
-    /// Whether episodes are counted.
-    statistics: bool,
-    /// Whether a function of the truth, with what robots perceive, is the reward.
-    own_reward: bool,
-    worlds: usize,
-    auto_reset: String,
-    threads: usize,
-}
-
-/// What is observed besides, and what robots can say: a dictionary with these keys.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct ShapeExtras {
-    set_plays: bool,
-    messages: bool,
-    tracked: bool,
-    words: u8,
-}
-
-impl From<&ShapeExtras> for Extras {
-    fn from(extras: &ShapeExtras) -> Self {
-        let &ShapeExtras { set_plays, messages, tracked, words } = extras;
-        Self { set_plays, messages, tracked, words }
-    }
-}
-
-/// A word out of a list of them.
-fn word<T: DeserializeOwned>(word: &str, name: &str, expected: &str) -> PyResult<T> {
-    serde_json::from_value(word.into())
-        .map_err(|_| PyValueError::new_err(format!("{name}: there is no {word:?}; expected {expected}")))
-}
-
-/// The kind of the numbers that are observed.
-fn observed_kind(shape: &Shape<'_>) -> PyResult<ObservationKind> {
-    match shape.observation.as_str() {
-        "image" => Ok(ObservationKind::Body),
-        other => word(other, "observation", "'perception', 'belief', 'truth' or 'image'"),
-    }
-}
-
-fn auto_reset_of(word: &str) -> PyResult<AutoReset> {
-    match word {
-        "next_step" => Ok(AutoReset::NextStep),
-        "same_step" => Ok(AutoReset::SameStep),
-        "disabled" => Ok(AutoReset::Disabled),
-        other => {
-            let message = format!("autoreset_mode: there is no {other:?}; expected next_step, same_step or disabled");
-            Err(PyValueError::new_err(message))
-        }
-    }
-}
-
-/// The camera whose images are observed.
-fn camera_of(shape: &Shape<'_>, file: &ScenarioFile) -> PyResult<CameraName> {
-    let mounts = file.scenario.settings.cameras.mounts;
-    let Some(word) = &shape.camera else {
-        let none = || PyValueError::new_err("observation: a robot without a camera has no image");
-        return mounts.names().next().ok_or_else(none);
-    };
-    let name: CameraName =
-        word.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
-    if mounts.get(name).is_none() {
-        let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
-        let message = format!("camera: there is no '{name}'; expected {}", names.join(" or "));
-        return Err(PyValueError::new_err(message));
-    }
-    Ok(name)
-}
-
-/// A scenario with the images of a camera, of so many pixels in height and width.
-fn with_images(py: Python<'_>, file: ScenarioFile, camera: CameraName, size: [u32; 2]) -> PyResult<ScenarioFile> {
-    let [height, width] = size;
-    let which = serde_json::to_string(&camera).unwrap_or_default();
-    let values = [("width", width.to_string()), ("height", height.to_string()), ("which", which)];
-    let mut settings: Vec<Setting> =
-        values.iter().map(|(field, value)| setting(&format!("cameras.{field}"), value)).collect::<PyResult<_>>()?;
-    if !matches!(file.scenario.settings.cameras.render, CameraRendering::Gpu) {
-        settings.push(setting("cameras.render", "\"software\"")?);
-    }
-    file.with(&settings).map_err(|error| scenario_error(py, &error))
-}
-
-/// The entries of the observation of the robot `id` at each level of realism, as the environment or a reset may set it.
-fn ranges_of_levels(py: Python<'_>, made: &Made<'_>, origin: &Origin, id: RobotId) -> Vec<Vec<ObservationEntry>> {
-    let levels = [Realism::Paper, Realism::Ideal, Realism::Realistic];
-    // A task has another robot at some levels, and a reset can set another level for each of them.
-    let mut files: Vec<ScenarioFile> =
-        levels.iter().filter_map(|level| Some(scenario_of(py, made, Some(level.name())).ok()?.0)).collect();
-    files.push(origin.file().clone());
-    let files = files.iter().flat_map(|file| levels.iter().filter_map(|level| at_level(file, *level)));
-    files.filter_map(|file| origin.entries(py, &file, id).ok()).collect()
-}
-
-/// A scenario at another level of realism; `None` if it is not valid there.
-fn at_level(file: &ScenarioFile, level: Realism) -> Option<ScenarioFile> {
-    let realism = setting("realism", &format!("\"{}\"", level.name())).ok()?;
-    file.with(&[realism]).ok()
 }
 
 fn environment_error(py: Python<'_>, source: &ScenarioSource, error: &EnvironmentError) -> PyErr {

@@ -11,6 +11,7 @@ mod errors;
 mod matches;
 mod played;
 mod policies;
+mod shapes;
 mod simulator;
 mod starts;
 mod steps;

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::gaze;
-use super::observation::ball_of;
+use super::state::ball_of;
 use crate::agents::RobotCommand;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::geometry::Pose;

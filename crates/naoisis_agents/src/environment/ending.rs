@@ -3,8 +3,8 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::observation::ball_of;
 use super::situation::Area;
+use super::state::ball_of;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::{CollisionPartner, CycleEvents, KickResult, MatchEvent};
 use naoisis_core::game::{Game, GameState};

@@ -12,7 +12,9 @@ use super::draws::DrawnScenarios;
 use super::ending::{Course, EndConditions, EpisodeProgress};
 use super::extras::Extras;
 use super::heard::with_words;
-use super::observation::{Memory, ObservationForm, ObservationKind, Others, observe};
+use super::kind::{ObservationForm, ObservationKind, Others};
+use super::memory::Memory;
+use super::observation::observe;
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
 use super::start_error::StartError;
@@ -370,8 +372,8 @@ fn seeds(seed: u64) -> RandomStream {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::observation::ball_of;
     use crate::environment::player::ChallengePlayer;
+    use crate::environment::state::ball_of;
     use crate::environment::{Challenge, attempts};
     use naoisis_core::robot::head::{HeadAngles, HeadLimits};
     use naoisis_core::team::Team;

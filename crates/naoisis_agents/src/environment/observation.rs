@@ -10,14 +10,13 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 use core::f32::consts::PI;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::entry::{AGE, Entries, Group, ObservationEntry, PLACE, SPEED, Sink, UNIT, Values};
-use super::extras::Extras;
-use super::heard::{Heard, keep_newest, put_messages};
-use super::tracks::{Track, follow};
-use naoisis_core::ball::{Ball, BallVelocity};
+use super::heard::put_messages;
+use super::kind::{ObservationForm, ObservationKind, Others};
+use super::memory::{Memory, of_team, order_of};
+use super::state::ball_of;
+use super::tracks::Track;
 use naoisis_core::game::{Game, GameState, Penalty, SetPlayKind};
 use naoisis_core::geometry::{Pose, angle_of, unrotate};
 use naoisis_core::pitch::{GoalColour, Pitch};
@@ -25,133 +24,11 @@ use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::head::{HeadAngles, HeadLimits};
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
-use naoisis_sensing::belief::{Belief, RobotBelief, point_team_from_pitch, team_from_pitch};
+use naoisis_sensing::belief::{Belief, RobotBelief, team_from_pitch};
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
 use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts};
-
-/// The kinds of observations.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ObservationKind {
-    /// Sensor readings, and the state of the game that the robot received.
-    #[default]
-    Perception,
-    /// The belief of the built-in estimator.
-    Belief,
-    /// The true state.
-    Truth,
-    /// Everything except vision, for agents that observe camera images.
-    Body,
-}
-
-/// What an agent observes: the kind of observation, with its extras.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct ObservationForm {
-    /// The kind.
-    pub kind: ObservationKind,
-    /// The extras.
-    pub extras: Extras,
-}
-
-impl From<ObservationKind> for ObservationForm {
-    fn from(kind: ObservationKind) -> Self {
-        Self { kind, extras: Extras::default() }
-    }
-}
-
-/// The number of other robots in a match with an agent.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Others {
-    /// Other robots of its team.
-    pub team_mates: u8,
-    /// Robots of the other team.
-    pub opponents: u8,
-}
-
-impl Others {
-    /// The other robots in a match with a robot of `team`.
-    pub fn of(roster: &Roster, team: Team) -> Self {
-        let count = |of: Team| roster.iter().filter(|(id, _)| id.team == of).count().min(usize::from(u8::MAX)) as u8;
-        Self { team_mates: count(team).saturating_sub(1), opponents: count(team.opponent()) }
-    }
-}
-
-/// The past values of an agent that its observations use.
-#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct Memory {
-    /// Its odometry at its last observation.
-    pub odometry: Pose,
-    /// The last message of each team-mate, if messages are observed.
-    #[reflect(default)]
-    heard: Vec<Heard>,
-    /// The team-mates that are followed, if the order of robots is stable.
-    #[reflect(default)]
-    team_mates: Vec<Track>,
-    /// The opponents that are followed, like `team_mates`.
-    #[reflect(default)]
-    opponents: Vec<Track>,
-}
-
-impl Memory {
-    /// Creates the memory of a robot at the start of an episode.
-    pub fn at(odometry: Pose) -> Self {
-        Self { odometry, ..default() }
-    }
-
-    /// Keeps the messages that arrived in this cycle.
-    pub fn listen(&mut self, world: &World, robot: Entity) {
-        keep_newest(&mut self.heard, world, robot);
-    }
-
-    /// Follows the other robots that the robot `id` knows of now.
-    pub fn follow(&mut self, kind: ObservationKind, world: &World, id: RobotId, others: Others) {
-        let Some(robot) = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok()) else {
-            return;
-        };
-        let [team_mates, opponents] = places_of_others(kind, &robot, id);
-        follow(&mut self.team_mates, &team_mates, others.team_mates);
-        follow(&mut self.opponents, &opponents, others.opponents);
-    }
-}
-
-/// The places of other robots that `robot` knows of, in the order of its lists, team-mates and opponents: in the team frame for beliefs, in the
-/// frame of its odometry for detections, m. The truth has a stable order of its own.
-fn places_of_others(kind: ObservationKind, robot: &EntityRef, id: RobotId) -> [Vec<Vec2>; 2] {
-    match (kind, robot.get::<Belief>(), robot.get::<Percepts>()) {
-        (ObservationKind::Belief, Some(belief), _) => [&belief.team_mates, &belief.opponents]
-            .map(|robots| robots.iter().map(|robot: &RobotBelief| robot.position_m).collect()),
-        (ObservationKind::Perception, _, Some(percepts)) => {
-            let odometry = robot.get::<Odometry>().map(|odometry| odometry.0).unwrap_or_default();
-            [id.team, id.team.opponent()].map(|team| {
-                let places = of_team(percepts, team).into_iter();
-                places.map(|place| odometry.transform_point(place)).collect()
-            })
-        }
-        _ => [Vec::new(), Vec::new()],
-    }
-}
-
-/// The places of the robots of `team` that are detected, m, robot frame.
-fn of_team(percepts: &Percepts, team: Team) -> Vec<Vec2> {
-    percepts.robots.iter().filter(|robot| robot.team == team).map(|robot| robot.position_m).collect()
-}
-
-/// The index in `places` of each of `count` robots: as they are followed in `tracks`, or else the nearest first.
-fn order_of(places: &[Vec2], count: u8, tracks: Option<&[Track]>) -> Vec<Option<usize>> {
-    let mut order: Vec<Option<usize>> = match tracks {
-        Some(tracks) => tracks.iter().map(|track| track.index).collect(),
-        None => {
-            let mut indices: Vec<usize> = (0..places.len()).collect();
-            indices.sort_by(|a, b| places[*a].length_squared().total_cmp(&places[*b].length_squared()));
-            indices.into_iter().map(Some).collect()
-        }
-    };
-    order.resize(usize::from(count), None);
-    order
-}
 
 /// The number of line junctions in an observation: the nearest ones.
 const JUNCTIONS: u8 = 3;
@@ -443,12 +320,6 @@ fn put_truth(sink: &mut impl Sink, robot: &EntityRef, world: &World, id: RobotId
     }
 }
 
-/// The position and velocity of the ball, pitch frame, m and m/s.
-pub(super) fn ball_of(world: &World) -> Option<(Vec2, Vec2)> {
-    let mut balls = world.try_query_filtered::<(&Pose, &BallVelocity), With<Ball>>()?;
-    balls.iter(world).next().map(|(pose, velocity)| (pose.position, velocity.0))
-}
-
 /// Puts the state of the game that the robot received, and the state of its body.
 fn put_game(sink: &mut impl Sink, status: &GameStatus, body: BodyStatus, team: Team) {
     let mut game = Group::new(sink, "game", 0);
@@ -502,53 +373,4 @@ fn put_set_play(sink: &mut impl Sink, status: &GameStatus, team: Team) {
         )
         .flag("drop_ball", "1 if play was last restarted by a drop ball", status.drop_ball)
         .flag("stopped", "1 while no robot may move", status.stopped);
-}
-
-/// The entries of the true state, for critics.
-pub fn state_entries(world: &World) -> Vec<ObservationEntry> {
-    let mut entries = Entries::default();
-    state_into(&mut entries, world);
-    entries.0
-}
-
-/// Fills `array` with the true state of the whole match in the frame of team blue, for critics.
-pub(super) fn state(array: &mut [f32], world: &World) {
-    state_into(&mut Values { array, filled: 0 }, world);
-}
-
-fn state_into(sink: &mut impl Sink, world: &World) {
-    let game = world.resource::<Game>();
-    let own_end = game.own_end(Team::Blue);
-    let (place, velocity) = ball_of(world).unwrap_or_default();
-    let [place, velocity] = [place, velocity].map(|vector| point_team_from_pitch(vector, own_end));
-    Group::new(sink, "ball", 0)
-        .put("x", PLACE, "position, m", place.x)
-        .put("y", PLACE, "position, m", place.y)
-        .put("vx", SPEED, "velocity, m/s", velocity.x)
-        .put("vy", SPEED, "velocity, m/s", velocity.y);
-    for (id, entity) in world.resource::<Roster>().iter() {
-        let Ok(robot) = world.get_entity(entity) else { continue };
-        let pose = team_from_pitch(robot.get::<Pose>().copied().unwrap_or_default(), own_end);
-        let velocity = robot.get::<Velocity>().copied().unwrap_or_default().linear;
-        let velocity = point_team_from_pitch(velocity, own_end);
-        let forward = pose.forward();
-        Group::new(sink, id.team.name(), id.number)
-            .flag("plays", "1 while it is not penalised", !robot.get::<Penalty>().is_some_and(Penalty::is_active))
-            .put("x", PLACE, "position, m", pose.position.x)
-            .put("y", PLACE, "position, m", pose.position.y)
-            .put("cos", UNIT, "cosine of its heading", forward.x)
-            .put("sin", UNIT, "sine of its heading", forward.y)
-            .put("vx", SPEED, "velocity, m/s", velocity.x)
-            .put("vy", SPEED, "velocity, m/s", velocity.y);
-    }
-    let minutes_left = game.time_left_s(world.resource()).unwrap_or(0.0) / 60.0;
-    Group::new(sink, "game", 0)
-        .flag("playing", "1 while the ball is in play", game.state == GameState::Playing)
-        .put(
-            "lead",
-            [-10.0, 10.0],
-            "goals of blue minus goals of pink",
-            game.score.blue as f32 - game.score.pink as f32,
-        )
-        .put("minutes_left", [0.0, 60.0], "minutes left in this half", minutes_left);
 }

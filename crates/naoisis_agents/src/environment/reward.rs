@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::observation::ball_of;
+use super::state::ball_of;
 use naoisis_core::game::Game;
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::Pitch;

@@ -4,8 +4,9 @@ use bevy::prelude::*;
 
 use super::entry::ObservationEntry;
 use super::episode::EnvironmentSettings;
-use super::observation::{entries, state_entries};
+use super::observation::entries;
 use super::start_error::StartError;
+use super::state::state_entries;
 use crate::agents::remote_robots;
 use naoisis_sensing::sensing::camera::CameraRendering;
 use naoisis_sim::scenario::Scenario;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::counts::EpisodeOrigin;
 use super::ending::{Course, EpisodeProgress};
 use super::episode::Start;
-use super::observation::Memory;
+use super::memory::Memory;
 use super::reward::Standing;
 use super::vector::Environments;
 

@@ -11,9 +11,10 @@ use super::counts::{EndedEpisode, EpisodeOrigin};
 use super::entry::ObservationEntry;
 use super::episode::{EnvironmentSettings, Episode, Start};
 use super::mask::mask;
-use super::observation::{entries, state, state_entries};
+use super::observation::entries;
 use super::same::{check_same, image_bytes};
 use super::start_error::StartError;
+use super::state::{state, state_entries};
 
 /// When a world starts the next episode after the end of one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

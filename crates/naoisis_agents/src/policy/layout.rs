@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 use super::network::{Network, NetworkError, Port, Tensor};
-use crate::environment::observation::Others;
+use crate::environment::kind::Others;
 use crate::environment::{ActionKind, ActionSpace, Extras, ObservationForm, ObservationKind};
 use naoisis_core::read_file::read_file;
 
