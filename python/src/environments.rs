@@ -14,7 +14,7 @@ use naoisis::record::match_counts::begin_episode;
 use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
 use naoisis::scenario::{ScenarioFile, ScenarioSource};
 use naoisis::simulation::Snapshot;
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -80,13 +80,13 @@ impl Environments {
         }
     }
 
-    /// Has something done with the arrays, which must have the right sizes.
+    /// Has something done with the arrays, which must have the right sizes. Returns whether an episode is over in one of the worlds.
     fn fill(
         &self,
         py: Python<'_>,
         arrays: &Filled<'_>,
         act: impl FnOnce(Python<'_>, &mut environment::Environments, Arrays) -> PyResult<Result<(), EnvironmentError>>,
-    ) -> PyResult<()> {
+    ) -> PyResult<bool> {
         let image_bytes = self.image.map_or(0, |[height, width]| 3 * (height * width) as usize);
         let has_final = arrays.final_observations.len()? > 0;
         let final_rows = if has_final { self.rows } else { 0 };
@@ -111,7 +111,9 @@ impl Environments {
             final_images: slice(&mut final_images, "final_images", final_rows * image_bytes)?,
             final_states: slice(&mut final_states, "final_states", state_numbers)?,
         };
-        self.with(py, |worlds| act(py, worlds, arrays)?.map_err(|error| environment_error(py, &self.source, &error)))
+        self.with(py, |worlds| act(py, worlds, arrays)?.map_err(|error| environment_error(py, &self.source, &error)))?;
+        let has_any = |over: &PyReadwriteArrayDyn<'_, bool>| over.as_slice().is_ok_and(|rows| rows.contains(&true));
+        Ok(has_any(&terminations) || has_any(&truncations))
     }
 }
 
@@ -264,10 +266,12 @@ impl Environments {
         let start = changes.map(|changes| self.origin.changed(py, &changes)).transpose()?.map(Arc::new);
         self.fill(py, &arrays, |py, worlds, arrays| {
             Ok(py.detach(|| worlds.reset(seed, mask, start.as_ref(), match_seed, arrays)))
-        })
+        })?;
+        Ok(())
     }
 
-    fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<()> {
+    /// Plays a step, and fills the arrays. Returns whether an episode is over.
+    fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<bool> {
         let actions =
             actions.as_slice().map_err(|_| PyValueError::new_err("actions: expected a contiguous array of float32"))?;
         let expected = self.rows * self.settings.actions().len();

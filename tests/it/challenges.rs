@@ -1,5 +1,6 @@
 //! Tasks for whatever learns, from the command line.
 
+use crate::programs::path_of;
 use crate::support::{naoisis, text};
 use serde_json::Value;
 use std::fs;
@@ -161,6 +162,42 @@ fn programs_of_results_are_started_only_if_they_may_be() {
     assert!(!folder.path().join("started").exists());
     assert!(!run(&["challenge", "--verify", "idle.json", "--programs"]).status.success());
     assert!(folder.path().join("started").exists());
+}
+
+#[test]
+fn the_episodes_of_a_program_are_verified_by_its_commands_where_the_program_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| naoisis(folder.path(), arguments);
+    for file in ["naoisis_agent.py", "dribblers.py"] {
+        fs::copy(path_of(&format!("clients/python/{file}")), folder.path().join(file)).unwrap();
+    }
+    let team = ["--team", "exec:python3 dribblers.py", "--realism", "realistic", "--episodes", "3", "--seed", "5"];
+    let played = run(&[&["challenge", "TwoOnTwo"][..], &team, &["--out", "team.json"]].concat());
+    assert!(played.status.success(), "{}", text(&played.stderr));
+    let again = run(&["challenge", "--verify", "team.json", "--programs"]);
+    assert!(text(&again.stdout).ends_with("the same in 3 episodes\n"), "{}", text(&again.stderr));
+    fs::remove_file(folder.path().join("dribblers.py")).unwrap();
+    let verify = || run(&["challenge", "--verify", "team.json"]);
+    let verified = verify();
+    assert!(
+        text(&verified.stdout).ends_with("the same in 3 episodes, by the recorded commands\n"),
+        "{}",
+        text(&verified.stderr)
+    );
+    assert!(!run(&["challenge", "--verify", "team.json", "--programs"]).status.success(), "the program is gone");
+
+    // The commands of another episode, and none that can be read.
+    let results: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("team.json")).unwrap()).unwrap();
+    let episodes = &results["results"][0]["episodes"];
+    for (commands, words) in
+        [(episodes[0]["commands"].clone(), "differs at episode 2"), ("AAAA".into(), "cannot be read")]
+    {
+        let mut changed = results.clone();
+        changed["results"][0]["episodes"][1]["commands"] = commands;
+        fs::write(folder.path().join("team.json"), changed.to_string()).unwrap();
+        let output = verify();
+        assert!(!output.status.success() && (text(&output.stdout) + &text(&output.stderr)).contains(words), "{words}");
+    }
 }
 
 #[test]

@@ -264,10 +264,10 @@ class Worlds:
         self.inner.restore(state["saved"], list(changed.values()))
         self._keep_states()
 
-    def step(self, actions: Any, arrays: dict[str, np.ndarray]) -> None:
-        """Plays a step, and computes a custom reward if there is one."""
+    def step(self, actions: Any, arrays: dict[str, np.ndarray]) -> bool:
+        """Plays a step, and computes a custom reward if there is one. Returns whether an episode is over."""
         acted = self.actions(actions)
-        self.inner.step(acted, arrays)
+        is_any_over = self.inner.step(acted, arrays)
         if self.batch_reward is not None:
             shape = (self.worlds, len(self.agents))
             of_worlds = {name: arrays[name].reshape(shape)[:, 0] for name in ("terminations", "truncations")}
@@ -289,6 +289,7 @@ class Worlds:
             truths = [self.inner.truth(world) for world in range(self.worlds)]
             rewards = [self._reward_of(truth, robot) for truth in truths for robot in self.agents]
             arrays["rewards"][...] = np.asarray(rewards, np.float32)
+        return is_any_over
 
     def _keep_states(self) -> None:
         """Keeps the states before the next step, if a reward needs them."""

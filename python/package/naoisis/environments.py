@@ -215,7 +215,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         low, high = (np.array([entry[side] for entry in worlds.inner.state_entries()], np.float32) for side in (1, 2))
         self.state_space = spaces.Box(low, high, dtype=np.float32)
         self._last: dict[str, np.ndarray] = {}
-        self._waits = np.zeros(self.num_envs, np.bool_)
+        # The rows whose episodes are over and begin with the next step, if there are any.
+        self._waits: np.ndarray | None = None
 
     def reset(
         self,
@@ -247,7 +248,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         elif seed is None and not self._last:
             seed = int(self.np_random.integers(2**32))
         self._worlds.reset(seed, arrays, options, mask)
-        self._waits = np.zeros(self.num_envs, np.bool_)
+        self._waits = None
         self._last = arrays
         begun = np.ones(self.num_worlds, np.bool_) if mask is None else mask
         return self._worlds.observations(self._copies(arrays)), self._origins(begun)
@@ -301,20 +302,20 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     def _step_into(self, actions: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
         if self.closed:
             raise MatchError("the environment is closed; expected no step after that")
-        self._worlds.step(actions, arrays)
+        is_any_over = self._worlds.step(actions, arrays)
         agents = len(self.agents)
-        begun = np.zeros(self.num_envs, np.bool_)
-        if self.autoreset_mode == AutoresetMode.NEXT_STEP:
+        begun = self._waits if self.autoreset_mode == AutoresetMode.NEXT_STEP else None
+        if begun is not None:
             # These have just begun, whatever one's own reward says of them.
-            begun = self._waits
             arrays["rewards"][begun] = 0.0
+        self._waits = None
+        if not is_any_over:
+            return {} if begun is None else self._origins(begun[::agents])
         over = self._waits = arrays["terminations"] | arrays["truncations"]
-        if not over.any():
-            return self._origins(begun[::agents]) if begun.any() else {}
         rows = np.flatnonzero(over).tolist()
         of_rows = {row: self._worlds.ended(row // agents, row % agents) for row in rows}
         if self.autoreset_mode != AutoresetMode.SAME_STEP:
-            for row in np.flatnonzero(begun).tolist():
+            for row in [] if begun is None else np.flatnonzero(begun).tolist():
                 of_rows[row] = self._worlds.origin(row // agents)
             return {"success": arrays["successes"], "_success": over, **vector_info(of_rows, self.num_envs)}
         ended = {"success": arrays["successes"], "_success": over, **vector_info(of_rows, self.num_envs)}

@@ -55,11 +55,11 @@ pub use naoisis_sim::interface::command::CommandError;
 pub use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 pub use player::AgentPlayer;
 pub use plugin::{AgentsPlugin, dismiss};
-pub(crate) use remote::give_command;
 pub use remote::{
     AgentError, PlayedElsewhere, belief, believe, command, perception, remote_robots, robots_played_elsewhere,
     with_remote_robots,
 };
+pub(crate) use remote::{Commander, give_command};
 pub use replayed::ReplayedCommands;
 pub use server::Server;
 pub use settings::{AgentSettings, BreakOff, ErrorLines, LeagueNumbers};

@@ -36,6 +36,12 @@ pub enum AttemptError {
         /// The number of episodes.
         tried: u64,
     },
+    /// The commands in a file of results cannot be read.
+    #[error("the recorded commands of the episode of seed {seed} cannot be read; the file is damaged")]
+    DamagedCommands {
+        /// The seed of the episode.
+        seed: u64,
+    },
     /// The program of a robot was lost.
     #[error("the program of {robot} was lost in the episode of seed {seed}: {message}")]
     Lost {

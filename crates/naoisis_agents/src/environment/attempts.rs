@@ -26,7 +26,6 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use bevy::prelude::*;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -37,7 +36,7 @@ use super::episode::{EnvironmentSettings, Episode, Start};
 use super::extras::Extras;
 use super::kind::ObservationKind;
 pub use super::player::ChallengePlayer;
-use super::recorded_commands::{RecordedCommands, record_commands};
+use super::recorded_commands::{self, RecordedCommands, record_commands};
 use super::start_error::StartError;
 use super::state::ball_of;
 use crate::agents::{RobotCommand, dismiss, with_remote_robots};
@@ -81,14 +80,18 @@ pub struct Attempt {
     /// A byte for each step that depends on where ball and robots were after it, in base64; empty in older files.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub steps: String,
+    /// The commands of the controlled robots in each cycle, if programs gave them: JSON, compressed by zstd, in base64.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commands: Option<String>,
 }
 
 impl Attempt {
-    /// Whether it came out as `written`, which has no steps if it is of an earlier version.
+    /// Whether it came out as `written`, which has no steps if it is of an earlier version. The commands need not be the same.
     pub(super) fn is_as(&self, written: &Self) -> bool {
         *self
             == Self {
                 steps: if written.steps.is_empty() { self.steps.clone() } else { written.steps.clone() },
+                commands: self.commands.clone(),
                 ..written.clone()
             }
     }
@@ -123,10 +126,48 @@ pub fn play_attempts(
     mut finished: impl FnMut(Attempt),
 ) -> Result<(), AttemptError> {
     let prepared = Prepared::new(challenge, player, &simulator)?;
+    let simulator = recording(&simulator, player.is_program());
     let worker = || Episode::new(world(&simulator), 0);
-    let play =
-        |episode: &mut Episode, index: usize| prepared.play(episode, attempts.first_seed.wrapping_add(index as u64));
+    let play = |episode: &mut Episode, index: usize| {
+        let seed = attempts.first_seed.wrapping_add(index as u64);
+        let mut attempt = prepared.play(episode, seed, prepared.commands.as_deref())?;
+        if let Some(mut recorded) = episode.world.get_resource_mut::<RecordedCommands>() {
+            attempt.commands = recorded_commands::pack(&recorded.take(&challenge.control));
+        }
+        Ok(attempt)
+    };
     play_in_order(0..attempts.episodes, attempts.threads, stop, worker, play, |attempt| attempt.map(&mut finished))
+}
+
+/// Plays episodes again by the commands that were recorded in them, like [`play_attempts`]: no program is started.
+pub(super) fn play_recorded(
+    challenge: &Challenge,
+    attempts: &[Attempt],
+    threads: usize,
+    simulator: impl Fn() -> App + Sync,
+    stop: &AtomicBool,
+    mut finished: impl FnMut(Attempt),
+) -> Result<(), AttemptError> {
+    // Robots that are commanded from outside, cycle by cycle.
+    let prepared = Prepared::new(challenge, &ChallengePlayer::Ahead, &simulator)?;
+    let worker = || Episode::new(world(&simulator), 0);
+    let play = |episode: &mut Episode, index: usize| {
+        let seed = attempts[index].seed;
+        let commands = attempts[index].commands.as_deref().and_then(recorded_commands::unpack);
+        prepared.play(episode, seed, Some(&commands.ok_or(AttemptError::DamagedCommands { seed })?))
+    };
+    play_in_order(0..attempts.len(), threads, stop, worker, play, |attempt| attempt.map(&mut finished))
+}
+
+/// A simulator that records the commands of robots if `is_recorded`.
+fn recording(simulator: &(impl Fn() -> App + Sync), is_recorded: bool) -> impl Fn() -> App + Sync {
+    move || {
+        let mut app = simulator();
+        if is_recorded {
+            record_commands(&mut app);
+        }
+        app
+    }
 }
 
 /// Checks that `player` can play in `challenge`: that it exists, and that its files can be read. Programs are not started.
@@ -240,28 +281,34 @@ fn played_by(
 struct Prepared {
     settings: EnvironmentSettings,
     player: ChallengePlayer,
-    /// The commands to play back, by cycle and robot.
-    commands: Vec<Vec<RobotCommand>>,
+    /// The commands to play back in all episodes, by cycle and robot, if it plays something back.
+    commands: Option<Vec<Vec<RobotCommand>>>,
 }
 
 impl Prepared {
     fn new(
         challenge: &Challenge,
         player: &ChallengePlayer,
-        simulator: &impl Fn() -> App,
+        simulator: &(impl Fn() -> App + Sync),
     ) -> Result<Self, AttemptError> {
         let mut settings = settings(challenge, player, simulator().world())?;
         if *player != ChallengePlayer::Random {
             settings.cycles_per_step = 1;
         }
         let commands = match player {
-            ChallengePlayer::OpenLoop(player) => commands_of_success(challenge, player, simulator)?,
-            _ => Vec::new(),
+            ChallengePlayer::OpenLoop(player) => Some(commands_of_success(challenge, player, simulator)?),
+            _ => None,
         };
         Ok(Self { settings, player: player.clone(), commands })
     }
 
-    fn play(&self, episode: &mut Episode, seed: u64) -> Result<Attempt, AttemptError> {
+    /// Plays the episode with `seed`, by commands for each cycle and robot if they are given.
+    fn play(
+        &self,
+        episode: &mut Episode,
+        seed: u64,
+        commands: Option<&[Vec<RobotCommand>]>,
+    ) -> Result<Attempt, AttemptError> {
         let settings = &self.settings;
         episode.seed(seed);
         episode.begin(settings)?;
@@ -275,10 +322,10 @@ impl Prepared {
             }
         }
         let mut rewards = vec![0.0; settings.control.len()];
-        let mut cycles = self.commands.iter();
+        let mut cycles = commands.map(<[_]>::iter);
         let mut steps = Vec::new();
         while !episode.progress.is_over() {
-            if let ChallengePlayer::OpenLoop(_) = self.player {
+            if let Some(cycles) = &mut cycles {
                 let nothing = || vec![RobotCommand::default(); settings.control.len()];
                 episode.step_with(settings, cycles.next().cloned().unwrap_or_else(nothing), &mut rewards);
             } else {
@@ -297,7 +344,7 @@ impl Prepared {
         let time_s = episode.world.resource::<CycleClock>().start_time_s();
         let end_state = format!("{:016x}", digest(&episode.world));
         let steps = BASE64_STANDARD.encode(steps);
-        Ok(Attempt { seed, is_success: episode.progress.is_success, time_s, end_state, steps })
+        Ok(Attempt { seed, is_success: episode.progress.is_success, time_s, end_state, steps, commands: None })
     }
 }
 
@@ -308,25 +355,22 @@ const FIRST_RECORDED: u64 = 2_000_000_001;
 fn commands_of_success(
     challenge: &Challenge,
     player: &ChallengePlayer,
-    simulator: &impl Fn() -> App,
+    simulator: &(impl Fn() -> App + Sync),
 ) -> Result<Vec<Vec<RobotCommand>>, AttemptError> {
     /// The most episodes that are tried.
     const MOST_TRIES: u64 = 100;
 
     let prepared = Prepared::new(challenge, player, simulator)?;
-    let recording = || {
-        let mut app = simulator();
-        record_commands(&mut app);
-        app
-    };
-    let mut episode = Episode::new(world(recording), 0);
+    let mut episode = Episode::new(world(recording(simulator, true)), 0);
     for seed in FIRST_RECORDED..FIRST_RECORDED + MOST_TRIES {
-        episode.world.insert_resource(RecordedCommands::default());
-        if prepared.play(&mut episode, seed)?.is_success {
-            let mut cycles = core::mem::take(&mut episode.world.resource_mut::<RecordedCommands>().0);
-            let of_robot = |cycle: &mut BTreeMap<_, _>, id| cycle.remove(id).unwrap_or_default();
-            let of_cycle = |mut cycle| challenge.control.iter().map(|id| of_robot(&mut cycle, id)).collect();
-            return Ok(cycles.drain(..).map(of_cycle).collect());
+        let attempt = prepared.play(&mut episode, seed, prepared.commands.as_deref())?;
+        let mut cycles = episode.world.resource_mut::<RecordedCommands>().take(&challenge.control);
+        if attempt.is_success {
+            // Only what the robots did: what they said and asked for belongs to that episode.
+            for command in cycles.iter_mut().flatten() {
+                *command = RobotCommand { say: None, request: None, ..core::mem::take(command) };
+            }
+            return Ok(cycles);
         }
     }
     Err(AttemptError::NothingToPlayBack { player: player.to_string(), tried: MOST_TRIES })

@@ -2,7 +2,6 @@
 
 use bevy::prelude::*;
 use core::sync::atomic::AtomicBool;
-use std::collections::BTreeMap;
 
 use super::action::{CONTINUOUS, continuous};
 use super::attempts::{AttemptError, Attempts, ChallengePlayer, settings, world};
@@ -120,15 +119,14 @@ impl Demonstrations {
         let mut heads = vec![None; robots.len()];
         self.observe(episode, &mut observations, &mut robots);
         while !episode.progress.is_over() {
-            episode.world.insert_resource(RecordedCommands::default());
             // The robots decide for themselves.
             episode.step(settings, &[], &mut rewards);
             if let Some((robot, message)) = episode.lost.take() {
                 return Err(AttemptError::Lost { seed, robot, message });
             }
-            let cycles = core::mem::take(&mut episode.world.resource_mut::<RecordedCommands>().0);
-            for ((robot, head), reward) in robots.iter_mut().zip(&mut heads).zip(&rewards) {
-                let mut command = command_of_step(&cycles, robot.robot);
+            let cycles = episode.world.resource_mut::<RecordedCommands>().take(&settings.control);
+            for (index, ((robot, head), reward)) in robots.iter_mut().zip(&mut heads).zip(&rewards).enumerate() {
+                let mut command = command_of_step(&cycles, index);
                 // The head keeps its target until it gets another one.
                 *head = command.head.or(*head);
                 command.head = *head;
@@ -153,9 +151,9 @@ impl Demonstrations {
     }
 }
 
-/// The command of a robot in a step: its walk in the first cycle, and its head and kick in whichever cycle it gave them.
-fn command_of_step(cycles: &[BTreeMap<RobotId, RobotCommand>], id: RobotId) -> RobotCommand {
-    let commands = || cycles.iter().filter_map(|cycle| cycle.get(&id));
+/// The command of a controlled robot in a step: its walk in the first cycle, and its head and kick in whichever cycle it gave them.
+fn command_of_step(cycles: &[Vec<RobotCommand>], robot: usize) -> RobotCommand {
+    let commands = || cycles.iter().filter_map(|cycle| cycle.get(robot));
     RobotCommand {
         walk: commands().next().and_then(|command| command.walk),
         head: commands().filter_map(|command| command.head).next_back(),

@@ -150,16 +150,16 @@ impl EndConditions {
     fn holds(&self, world: &World, id: RobotId) -> bool {
         let Some(robot) = world.resource::<Roster>().get(id) else { return false };
         let pose = world.get::<Pose>(robot).copied().unwrap_or_default();
-        let ball = ball_of(world).map(|(ball, _)| ball);
+        let ball = || ball_of(world).map(|(ball, _)| ball);
         let stands = !matches!(
             world.get::<BodyStatus>(robot),
             Some(BodyStatus::Fallen | BodyStatus::GettingUp | BodyStatus::Diving)
         );
         let sees_ball = || world.get::<Percepts>(robot).is_some_and(|percepts| percepts.ball.is_some());
-        let is_near = |m: f32| stands && ball.is_some_and(|ball| ball.distance(pose.position) <= m);
+        let is_near = |m: f32| stands && ball().is_some_and(|ball| ball.distance(pose.position) <= m);
         let is_ahead = |deg: f32| {
             let angle = |ball: Vec2| wrap_angle((ball - pose.position).to_angle() - pose.heading).abs();
-            ball.is_some_and(|ball| angle(ball) <= to_radians(deg))
+            ball().is_some_and(|ball| angle(ball) <= to_radians(deg))
         };
         let believes = |m: f32| {
             let own_end = world.resource::<Game>().own_end(id.team);
@@ -171,7 +171,7 @@ impl EndConditions {
             self.ball_within_m.map(is_near),
             self.ball_ahead_deg.map(is_ahead),
             self.robot_in.map(|area| stands && area.contains(pose.position)),
-            self.ball_in.map(|area| ball.is_some_and(|ball| area.contains(ball))),
+            self.ball_in.map(|area| ball().is_some_and(|ball| area.contains(ball))),
             self.believed_within_m.map(believes),
         ];
         let mut given = conditions.into_iter().flatten().peekable();

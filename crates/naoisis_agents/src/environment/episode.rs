@@ -18,7 +18,7 @@ use super::observation::observe;
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
 use super::start_error::StartError;
-use crate::agents::{self, AgentSettings, RobotCommand};
+use crate::agents::{self, AgentSettings, Commander, RobotCommand};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::{CycleClock, perceive, run_cycle};
@@ -110,6 +110,8 @@ pub struct Episode {
     pub(super) course: Course,
     pub(super) origin: EpisodeOrigin,
     pub(super) counter: Option<Box<dyn EpisodeCounter>>,
+    /// Commands the robots of its world, from the first step of an episode on.
+    commander: Option<Commander>,
     /// The episode that ended in the last step, if one did.
     pub(super) ended: Option<EndedEpisode>,
     /// The robot whose program was lost in the last step, and what happened.
@@ -135,6 +137,7 @@ impl Episode {
             course,
             origin,
             counter,
+            commander: None,
             ended,
             lost: None,
             progress,
@@ -183,6 +186,7 @@ impl Episode {
             }
         }
         self.set_senses(settings);
+        self.commander = None;
         if self.world.contains_resource::<AgentSettings>() {
             agents::start_programs(&mut self.world)?;
         }
@@ -257,12 +261,12 @@ impl Episode {
         self.lost = None;
         while cycles < settings.cycles_per_step.max(1) && !progress.is_over() && !self.stop.load(Ordering::Relaxed) {
             let world = &mut self.world;
+            let commander = self.commander.get_or_insert_with(|| Commander::new(world));
             for (id, command) in settings.control.iter().zip(&mut commands) {
                 let given = command.clone();
                 // The walk is commanded in each cycle of the step, everything else only in the first.
                 *command = RobotCommand { walk: given.walk, ..default() };
-                // All controlled robots are remote and exist, so this cannot fail.
-                let _ = agents::command(world, *id, given);
+                commander.command(world, *id, given);
             }
             run_cycle(world);
             if let Some(counter) = &mut self.counter {

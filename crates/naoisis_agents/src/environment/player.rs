@@ -29,6 +29,15 @@ impl ChallengePlayer {
     pub(super) fn has_own_robots(&self) -> bool {
         matches!(self, ChallengePlayer::Behaviour(_) | ChallengePlayer::Policy(_) | ChallengePlayer::Team(_))
     }
+
+    /// Whether it starts programs, which may decide otherwise the next time, or not be there.
+    pub fn is_program(&self) -> bool {
+        match self {
+            ChallengePlayer::Team(name) => name.starts_with(TeamsSpec::EXEC),
+            ChallengePlayer::OpenLoop(player) => player.is_program(),
+            _ => false,
+        }
+    }
 }
 
 impl FromStr for ChallengePlayer {

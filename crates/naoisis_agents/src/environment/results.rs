@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::attempts::{Attempt, AttemptError, Attempts, ChallengePlayer, play_attempts, success_rate};
+use super::attempts::{Attempt, AttemptError, Attempts, ChallengePlayer, play_attempts, play_recorded, success_rate};
 use super::challenge::{Challenge, ChallengeError, SuccessRate};
 use naoisis_core::statistics::{Estimate, bootstrap, interquartile_mean, mean};
 use naoisis_sim::scenario::{Realism, TeamsSpec};
@@ -17,6 +17,15 @@ use naoisis_sim::scenario::{Realism, TeamsSpec};
 pub struct ResultFile {
     /// The results.
     pub results: Vec<ChallengeResult>,
+}
+
+/// What plays the episodes of a result again.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum PlayedBy {
+    /// The player. Programs are started.
+    Player,
+    /// The commands of programs that are recorded in the result.
+    Commands,
 }
 
 /// The result of one player in one challenge.
@@ -199,14 +208,20 @@ impl ChallengeResult {
         Ok(challenge.with(self.realism, self.robot.as_deref())?)
     }
 
+    /// Whether the commands of programs were recorded in all episodes.
+    pub fn has_commands(&self) -> bool {
+        self.episodes.iter().all(|attempt| attempt.commands.is_some())
+    }
+
     /// Plays the episodes again, with one call of `played` after each, and returns the first that came out otherwise, as it was now.
     /// If `stop` is set meanwhile, the remaining episodes are not played.
     ///
     /// # Errors
-    /// If an episode cannot start.
+    /// If an episode cannot start, or has no commands that can be read.
     pub fn verify(
         &self,
         challenge: &Challenge,
+        by: PlayedBy,
         threads: usize,
         simulator: impl Fn() -> App + Sync,
         stop: &AtomicBool,
@@ -218,13 +233,19 @@ impl ChallengeResult {
         let found_one = AtomicBool::new(false);
         let mut different = None;
         let mut written = self.episodes.iter();
-        play_attempts(challenge, &player, &attempts, simulator, &found_one, |attempt| {
+        let compare = |attempt: Attempt| {
             played();
             if written.next().is_none_or(|written| !attempt.is_as(written)) && different.is_none() {
                 different = Some(attempt);
             }
             found_one.store(different.is_some() || stop.load(Ordering::Relaxed), Ordering::Relaxed);
-        })?;
+        };
+        match by {
+            PlayedBy::Player => play_attempts(challenge, &player, &attempts, simulator, &found_one, compare)?,
+            PlayedBy::Commands => {
+                play_recorded(challenge, &self.episodes, threads, simulator, &found_one, compare)?;
+            }
+        }
         Ok(different)
     }
 }
@@ -258,7 +279,9 @@ mod tests {
         let text = serde_json::to_string(&ResultFile { results: vec![result.clone()] }).unwrap();
         assert_eq!(ResultFile::from_text(&text).unwrap().results, core::slice::from_ref(&result));
         let go_on = AtomicBool::new(false);
-        let verify = |result: &ChallengeResult| result.verify(&challenge, 2, simulator, &go_on, || ()).unwrap();
+        let verify = |result: &ChallengeResult| {
+            result.verify(&challenge, PlayedBy::Player, 2, simulator, &go_on, || ()).unwrap()
+        };
         assert_eq!(verify(&result), None);
         let moved = |attempt: &mut Attempt| attempt.end_state = "0123456789abcdef".to_owned();
         let changes: [fn(&mut Attempt); 2] = [moved, |attempt| attempt.is_success = !attempt.is_success];

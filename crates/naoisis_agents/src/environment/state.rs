@@ -1,5 +1,6 @@
 //! The true state of a match as an array, for critics.
 
+use bevy::ecs::archetype::Archetype;
 use bevy::prelude::*;
 
 use super::entry::{Entries, Group, ObservationEntry, PLACE, SPEED, Sink, UNIT, Values};
@@ -12,8 +13,12 @@ use naoisis_sensing::belief::{point_team_from_pitch, team_from_pitch};
 
 /// The position and velocity of the ball, pitch frame, m and m/s.
 pub(super) fn ball_of(world: &World) -> Option<(Vec2, Vec2)> {
-    let mut balls = world.try_query_filtered::<(&Pose, &BallVelocity), With<Ball>>()?;
-    balls.iter(world).next().map(|(pose, velocity)| (pose.position, velocity.0))
+    // Several times in each step: a query would have to be prepared in each call.
+    let ball = world.components().component_id::<Ball>()?;
+    let with_ball = world.archetypes().component_index().get(&ball)?;
+    let archetypes = with_ball.keys().filter_map(|id| world.archetypes().get(*id));
+    let ball = archetypes.flat_map(Archetype::entities).next()?.id();
+    Some((world.get::<Pose>(ball)?.position, world.get::<BallVelocity>(ball)?.0))
 }
 
 /// The entries of the true state, for critics.

@@ -19,10 +19,10 @@ use naoisis_agents::environment::attempts::{
     Attempt, AttemptError, Attempts, ChallengePlayer, check_player, play_attempts, scenario_of_episode,
 };
 use naoisis_agents::environment::challenge::{CHALLENGES, ChallengeError, RECORD_SEED, SuccessRate};
-use naoisis_agents::environment::results::{ChallengeResult, MethodScore, ResultFile};
+use naoisis_agents::environment::results::{ChallengeResult, MethodScore, PlayedBy, ResultFile};
 use naoisis_agents::policy::interactions;
 use naoisis_core::replace_file::replace_file;
-use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile, TeamsSpec};
+use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile};
 
 /// Arguments of `naoisis challenge`.
 #[derive(Args, Debug, Clone)]
@@ -70,7 +70,7 @@ pub struct ChallengeArguments {
     /// Play a file of results again, and report whether everything comes out the same
     #[arg(long, value_name = "FILE", conflicts_with_all = ["behaviour", "team", "policy"])]
     verify: Option<PathBuf>,
-    /// Start the programs that a file of results names, for --verify; they can do whatever you can do
+    /// Start the programs that a file of results names, for --verify, instead of playing their recorded commands; they can do whatever you can do
     #[arg(long, requires = "verify")]
     programs: bool,
     /// Replace an existing file
@@ -315,7 +315,8 @@ pub(super) fn read_results(path: &Path) -> Result<ResultFile, String> {
     Ok(file)
 }
 
-/// Plays all results of a file again and prints what comes out otherwise. Results of programs are refused unless `programs` may be started.
+/// Plays all results of a file again and prints what comes out otherwise. Programs are started only if `programs` is true; otherwise their recorded
+/// commands are played.
 pub(super) fn verify(
     program: Program,
     file: &ResultFile,
@@ -326,14 +327,16 @@ pub(super) fn verify(
     let mut status = ExitCode::SUCCESS;
     for result in &file.results {
         let name = format!("{}-v{}, {}, {}", result.challenge, result.version, result.realism, result.player);
-        if result.player.contains(TeamsSpec::EXEC) && !programs {
+        let is_program = result.player.parse().is_ok_and(|player: ChallengePlayer| player.is_program());
+        let by = if is_program && !programs { PlayedBy::Commands } else { PlayedBy::Player };
+        if by == PlayedBy::Commands && !result.has_commands() {
             let why = "it would start this program, which can do whatever you can do; allow it with --programs";
             return report::failure(&format!("{name}: {why}"));
         }
         let progress = progress_bar(result.episodes.len(), 0, false);
         let played = result.challenge().map_err(|error| error.to_string()).and_then(|challenge| {
             let simulator = || program.simulator();
-            let found = result.verify(&challenge, threads(wanted), simulator, interrupt.stop(), || progress.inc(1));
+            let found = result.verify(&challenge, by, threads(wanted), simulator, interrupt.stop(), || progress.inc(1));
             found.map_err(|error| error.to_string())
         });
         progress.finish_and_clear();
@@ -355,7 +358,8 @@ pub(super) fn verify(
                 status = ExitCode::FAILURE;
                 continue;
             }
-            printer.print(format_args!("{name}: the same in {} episodes\n", result.episodes.len()));
+            let how = if by == PlayedBy::Commands { ", by the recorded commands" } else { "" };
+            printer.print(format_args!("{name}: the same in {} episodes{how}\n", result.episodes.len()));
             continue;
         };
         status = ExitCode::FAILURE;

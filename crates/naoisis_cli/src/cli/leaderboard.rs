@@ -25,7 +25,7 @@ pub struct LeaderboardArguments {
     /// Play every result again, and leave out files of which something comes out otherwise
     #[arg(long)]
     verify: bool,
-    /// Start the programs that files of results name, for --verify; they can do whatever you can do
+    /// Start the programs that files of results name, for --verify, instead of playing their recorded commands; they can do whatever you can do
     #[arg(long, requires = "verify")]
     programs: bool,
     /// Write the table as JSON

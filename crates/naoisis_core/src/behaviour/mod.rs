@@ -70,7 +70,7 @@ impl Plugin for BehaviourPlugin {
                     DecideSystems::Believe.in_set(CycleHalf::Perceive),
                     DecideSystems::Script.in_set(CycleHalf::Act),
                     DecideSystems::Ask.in_set(CycleHalf::Act),
-                    DecideSystems::Behave.in_set(CycleHalf::Act),
+                    DecideSystems::Behave.in_set(CycleHalf::Act).run_if(not_all_are_remote),
                 )
                     .chain()
                     .in_set(CycleSystems::Decide),
@@ -80,6 +80,11 @@ impl Plugin for BehaviourPlugin {
         registry.add_without_system::<Idle>("idle");
         registry.add_without_system::<Remote>(REMOTE);
     }
+}
+
+/// Whether a behaviour may have a robot: in environments for learning, often all robots are remote.
+fn not_all_are_remote(remote: Query<(), With<Remote>>, others: Query<(), (With<RobotId>, Without<Remote>)>) -> bool {
+    remote.is_empty() || !others.is_empty()
 }
 
 /// The parts of [`CycleSystems::Decide`].

@@ -6,6 +6,7 @@ use crate::appearance::gather::MatchScene;
 pub use crate::appearance::scene::Scene;
 use naoisis_core::cycle::{Cycle, CycleSystems};
 use naoisis_core::pitch::Pitch;
+use naoisis_core::team::RobotId;
 
 /// Gathers the [`Scene`] in every cycle, and orders the sensors.
 pub struct ScenePlugin;
@@ -53,10 +54,19 @@ pub enum SensingSystems {
 }
 
 /// Marks a robot without vision and sonar: its percepts and its sonar reading stay as they are, and its gaze does not rock. What it does is
-/// the same, and so are the random numbers of everything else. The mark is not part of a saved match.
+/// the same, and so are the random numbers of everything else. If all robots have the mark, the [`Scene`] is not gathered. The mark is not
+/// part of a saved match.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct SensesNothing;
 
-fn gather_scene(source: MatchScene, mut scene: ResMut<Scene>) {
-    source.gather(&mut scene);
+fn gather_scene(
+    source: MatchScene,
+    blind: Query<(), With<SensesNothing>>,
+    others: Query<(), (With<RobotId>, Without<SensesNothing>)>,
+    mut scene: ResMut<Scene>,
+) {
+    let all_are_blind = !blind.is_empty() && others.is_empty();
+    if !all_are_blind {
+        source.gather(&mut scene);
+    }
 }

@@ -208,12 +208,16 @@ fn show_events(
                 choices.write(EventChoice(entry.clone()));
             }
         });
-        if let Some((entry, _)) = &shown.0
-            && show_circumstances(ui, entry)
-        {
-            let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
-            moments.write(TimelineCommand::GoTo(cycle));
-            playback.paused = false;
+        if let Some((entry, _)) = &shown.0 {
+            match show_circumstances(ui, entry) {
+                Some(Wish::Replay) => {
+                    let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
+                    moments.write(TimelineCommand::GoTo(cycle));
+                    playback.paused = false;
+                }
+                Some(Wish::Close) => _ = choices.write(EventChoice(entry.clone())),
+                None => {}
+            }
         }
         let others = ui.min_rect().bottom() - top - list;
         ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of events"), others));
@@ -290,14 +294,26 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
     .inner
 }
 
-/// Shows the details of an event. Returns whether its replay was asked for.
-fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> bool {
+/// What the user wants of the selected event.
+enum Wish {
+    Replay,
+    Close,
+}
+
+/// Shows the time and the details of an event, which stay while other moments are shown. Returns the button that was clicked.
+fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> Option<Wish> {
     ui.separator();
-    ui.label(RichText::new(&entry.text).size(text_size::ENTRY).strong());
+    let title = format!("{}  {}", minutes(entry.time_s as f32), entry.text);
+    ui.label(RichText::new(title).size(text_size::ENTRY).strong());
     for line in entry.evidence.iter().flat_map(reasons) {
         ui.add(egui::Label::new(dim(line).size(text_size::SMALL)).wrap());
     }
-    ui.small_button("Replay").on_hover_text("Starts two seconds before the event").clicked()
+    let buttons = ui.horizontal(|ui| {
+        let replay = ui.small_button("Replay").on_hover_text("Starts two seconds before the event").clicked();
+        let close = ui.small_button("Close").on_hover_text("Hides these details and the mark on the pitch").clicked();
+        replay.then_some(Wish::Replay).or(close.then_some(Wish::Close))
+    });
+    buttons.inner
 }
 
 /// The evidence of the referee, line by line.

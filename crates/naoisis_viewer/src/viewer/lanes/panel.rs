@@ -63,7 +63,8 @@ pub(super) fn show(
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         let (width, top) = (ui.available_width(), ui.cursor().top());
         let height = (ui.available_height() - rest(ui)).max(LEAST);
-        if show_head(ui, &mut lanes, &mut part, &mut events) {
+        let in_view = (height / LANE) as usize;
+        if show_head(ui, &mut lanes, in_view, &mut part, &mut events) {
             filter.list_only(LogKind::Mistake);
             display.events = true;
             // Another panel at the right may have taken its space.
@@ -123,16 +124,21 @@ pub(super) fn show(
     Ok(())
 }
 
-/// Shows the choice of events to jump to. Returns whether a list of the mistakes is wanted.
+/// Shows how many lanes are in view, if not all are, and the choice of events to jump to. Returns whether a list of the mistakes is wanted.
 fn show_head(
     ui: &mut egui::Ui,
     lanes: &mut Lanes,
+    in_view: usize,
     part: &mut ShownPart,
     events: &mut MessageWriter<FindEvent>,
 ) -> bool {
     let mut wants_list = false;
     ui.horizontal(|ui| {
         ui.label(bright("Lanes"));
+        let robots = lanes.tracks.robots().count();
+        if in_view < robots {
+            ui.label(dim(format!("{in_view} of {robots}, scroll for more")).size(text_size::SMALL));
+        }
         ui.separator();
         let mut step = |ui: &mut egui::Ui, text: &str, name: &str, hint: &str, event: FindEvent| {
             let button = ui.button(text);
