@@ -115,7 +115,8 @@ def play(worlds: Worlds, players: Sequence[Player], first_seed: int, episodes: i
         players: One for each agent of a world. Several agents can have the same.
     """
     agents = len(worlds.agents)
-    arrays = worlds.arrays()
+    # Worlds that have not begun are stepped, too.
+    arrays = {name: np.zeros_like(array) for name, array in worlds.arrays().items()}
     actions = np.zeros((worlds.rows, worlds.numbers_of_action), np.float32)
     playing = np.full(worlds.worlds, -1)
     steps = np.zeros(worlds.worlds, int)

@@ -171,25 +171,37 @@ class Worlds:
         else:
             self.action_space = spaces.MultiDiscrete(counts)
         self.numbers_of_action = counts[0] if action == "continuous" else len(counts)
+        self._no_images = np.empty((0, 0), np.uint8)
+        self._no_finals = self._new_finals(0, 0)
+        self.let_go_of_finals()
         filled = {name: array for name, array in self.arrays().items() if not name.startswith("final_")}
         self._right_arrays = {name: (array.dtype, array.shape) for name, array in filled.items()}
 
     def arrays(self, with_final: bool = False) -> dict[str, np.ndarray]:
-        """New arrays for a step to fill."""
-        rows, length = self.rows, len(self.observation_names)
-        image = self.image_shape or (0,)
-        finals = rows if with_final else 0
-        wants_states = with_final or self.batch_reward is not None
+        """New arrays for a step to fill, which writes all of their numbers. Those at the end of episodes are new only after :meth:`let_go_of_finals`."""
+        rows = self.rows
+        finals = self._finals if with_final else self._no_finals
+        if self.batch_reward is not None:
+            finals = {**finals, "final_states": np.empty((self.worlds, len(self.state_names)), np.float32)}
         return {
-            "observations": np.zeros((rows, length), np.float32),
-            "images": np.zeros((rows if self.image_shape else 0, *image), np.uint8),
-            "rewards": np.zeros(rows, np.float32),
-            "terminations": np.zeros(rows, np.bool_),
-            "truncations": np.zeros(rows, np.bool_),
-            "successes": np.zeros(rows, np.bool_),
-            "final_observations": np.zeros((finals, length), np.float32),
-            "final_images": np.zeros((finals if self.image_shape else 0, *image), np.uint8),
-            "final_states": np.zeros((self.worlds if wants_states else 0, len(self.state_names)), np.float32),
+            "observations": np.empty((rows, len(self.observation_names)), np.float32),
+            "images": np.empty((rows, *self.image_shape), np.uint8) if self.image_shape else self._no_images,
+            "rewards": np.empty(rows, np.float32),
+            "terminations": np.empty(rows, np.bool_),
+            "truncations": np.empty(rows, np.bool_),
+            "successes": np.empty(rows, np.bool_),
+            **finals,
+        }
+
+    def let_go_of_finals(self) -> None:
+        """Leaves the arrays at the end of episodes to the caller: the next step gets others."""
+        self._finals = self._new_finals(self.rows, self.worlds)
+
+    def _new_finals(self, rows: int, worlds: int) -> dict[str, np.ndarray]:
+        return {
+            "final_observations": np.empty((rows, len(self.observation_names)), np.float32),
+            "final_images": np.empty((rows if self.image_shape else 0, *(self.image_shape or (0,))), np.uint8),
+            "final_states": np.empty((worlds, len(self.state_names)), np.float32),
         }
 
     def check_arrays(self, arrays: Mapping[str, Any]) -> None:

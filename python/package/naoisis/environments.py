@@ -244,7 +244,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             mask = self._mask_of_worlds(mask)
             # What is not reset is as it was.
             for name in ("observations", "images"):
-                arrays[name][...] = self._last.get(name, arrays[name])
+                arrays[name][...] = self._last.get(name, 0)
         elif seed is None and not self._last:
             seed = int(self.np_random.integers(2**32))
         self._worlds.reset(seed, arrays, options, mask)
@@ -324,6 +324,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         final = np.full(self.num_envs, None, dtype=object)
         for row in rows:
             final[row] = self._worlds.row(last, row)
+        self._worlds.let_go_of_finals()
         return {
             "final_obs": final,
             "_final_obs": over.copy(),

@@ -94,7 +94,7 @@ class MatchEnv(EnvBase):
         }
         self.observation_names, self.action_names = worlds.observation_names, worlds.action_names
         self.state_names = [name for name, *_ in worlds.inner.state_entries()]
-        self._arrays = worlds.arrays()
+        self._arrays = {name: np.zeros_like(array) for name, array in worlds.arrays().items()}
         self._state = np.zeros((worlds.worlds, len(self.state_names)), np.float32)
         # Whether the episode of a world is over in the simulator, and to the one who steps it.
         self._is_over = np.zeros(worlds.worlds, np.bool_)

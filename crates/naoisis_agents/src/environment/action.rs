@@ -208,8 +208,10 @@ pub(crate) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
         let [forward, left] = [forward, left].map(|share| share * limits.max_linear_mps);
         Some(WalkCommand::at_velocity(forward, left, turn * limits.max_angular, clock))
     };
-    let kicks = robot.get::<KickSettings>().copied().unwrap_or_default();
-    let kick = |kick_type, speed| Some(KickRequest::new(available_kick(kick_type, &kicks), speed));
+    let kick = |kick_type, speed| {
+        let available = robot.get::<KickSettings>().map(|kicks| available_kick(kick_type, kicks));
+        Some(KickRequest::new(available.unwrap_or(kick_type), speed))
+    };
     let choice = |index: usize| action.get(index).map_or(0, |value| *value as usize);
     match kind {
         ActionKind::Continuous => {

@@ -456,7 +456,7 @@ mod tests {
         let player = ChallengePlayer::OpenLoop(Box::new(ChallengePlayer::Behaviour("chaser".to_owned())));
         let prepared = Prepared::new(&challenge, &player, &simulator).unwrap();
         let mut episode = Episode::new(world(simulator), 0);
-        let mut is_success = |seed| prepared.play(&mut episode, seed).unwrap().is_success;
+        let mut is_success = |seed| prepared.play(&mut episode, seed, prepared.commands.as_deref()).unwrap().is_success;
         assert!((FIRST_RECORDED..FIRST_RECORDED + 5).any(&mut is_success));
         assert!((1..6).filter(|seed| is_success(*seed)).count() <= 1);
     }

@@ -40,10 +40,12 @@ pub fn entries(form: ObservationForm, world: &World, id: RobotId) -> Vec<Observa
     entries.0
 }
 
-/// Fills `array` with the observation of robot `id`. It has as many numbers as [`entries`] has entries.
+/// Fills `array` with the observation of robot `id`, and with zeros if there is no such robot. It has as many numbers as [`entries`] has entries.
 pub(crate) fn observe(array: &mut [f32], form: ObservationForm, world: &World, id: RobotId, memory: &Memory) {
     let others = Others::of(world.resource(), id.team);
-    observe_into(&mut Values { array, filled: 0 }, form, world, id, others, memory);
+    let mut values = Values { array, filled: 0 };
+    observe_into(&mut values, form, world, id, others, memory);
+    values.array[values.filled..].fill(0.0);
 }
 
 /// The observation of robot `id` with entries for `others`: the nearest ones if the match has more of them; those that it lacks are unknown.

@@ -85,7 +85,8 @@ impl Roster {
 
     /// The entity of a robot.
     pub fn get(&self, id: RobotId) -> Option<Entity> {
-        self.0.binary_search_by_key(&id, |(id, _)| *id).ok().map(|index| self.0[index].1)
+        // For so few robots, a binary search would take longer.
+        self.0.iter().find(|(other, _)| *other == id).map(|(_, entity)| *entity)
     }
 
     /// The number of robots.

@@ -30,6 +30,18 @@ impl Plugin for ScenePlugin {
                     .chain()
                     .in_set(CycleSystems::Sense),
             )
+            .configure_sets(
+                Cycle,
+                (
+                    SensingSystems::Scene,
+                    SensingSystems::Images,
+                    SensingSystems::Vision,
+                    SensingSystems::Sonar,
+                    SensingSystems::Late,
+                )
+                    .in_set(SightAndSonar),
+            )
+            .configure_sets(Cycle, SightAndSonar.run_if(not_all_are_blind))
             .add_systems(Cycle, gather_scene.in_set(SensingSystems::Scene));
     }
 }
@@ -53,20 +65,24 @@ pub enum SensingSystems {
     Custom,
 }
 
+/// The systems that are needed for robots that see or measure distances.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct SightAndSonar;
+
 /// Marks a robot without vision and sonar: its percepts and its sonar reading stay as they are, and its gaze does not rock. What it does is
-/// the same, and so are the random numbers of everything else. If all robots have the mark, the [`Scene`] is not gathered. The mark is not
-/// part of a saved match.
+/// the same, and so are the random numbers of everything else. If all robots have the mark, only the systems for [`Odometry`](SensingSystems::Odometry) and
+/// the [custom](SensingSystems::Custom) ones of [`SensingSystems`] run. The mark is not part of a saved match.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct SensesNothing;
 
-fn gather_scene(
-    source: MatchScene,
+/// Whether there is a robot that senses, or none at all.
+fn not_all_are_blind(
     blind: Query<(), With<SensesNothing>>,
     others: Query<(), (With<RobotId>, Without<SensesNothing>)>,
-    mut scene: ResMut<Scene>,
-) {
-    let all_are_blind = !blind.is_empty() && others.is_empty();
-    if !all_are_blind {
-        source.gather(&mut scene);
-    }
+) -> bool {
+    blind.is_empty() || !others.is_empty()
+}
+
+fn gather_scene(source: MatchScene, mut scene: ResMut<Scene>) {
+    source.gather(&mut scene);
 }
