@@ -259,9 +259,9 @@ def test_a_reward_of_all_worlds_sees_each_step_from_its_beginning_to_its_end(mod
     envs = naoisis.vector_env("ScoreEmptyGoal", 3, reward=reward, **options)
     envs.reset(seed=1)
     state = envs.state()
-    rewards, ends = [], 0
+    rewards, ends, over = [], 0, np.zeros(3, bool)
     for _ in range(20):
-        begins = envs._waits.copy() & (mode == "next_step")
+        begins = over & (mode == "next_step")
         _, reward_now, terminations, truncations, info = envs.step(np.zeros((3, 8), np.float32))
         steps, over = seen[-1], terminations | truncations
         if not begins.any():
