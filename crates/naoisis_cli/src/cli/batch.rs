@@ -224,7 +224,7 @@ fn open_tables(
     let mistakes = arguments
         .mistakes
         .as_ref()
-        .map(|path| MistakeTable::open(path, batch, part.start, part.start + rows.len()))
+        .map(|path| MistakeTable::open(path, batch, part.start, &rows))
         .transpose()
         .map_err(|error| told("--mistakes: ", error))?;
     let whole = mistakes.as_ref().map_or(rows.len(), |mistakes| mistakes.next() - part.start);

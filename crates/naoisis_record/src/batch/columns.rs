@@ -10,7 +10,7 @@ use naoisis_sim::scenario::Scenario;
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
 /// Columns after the settings: the fields of a row, in their order, and the last two of the scenario.
-const COLUMNS: [&str; 32] = [
+const COLUMNS: [&str; 33] = [
     "outcome",
     "winner",
     "decided_by",
@@ -39,6 +39,7 @@ const COLUMNS: [&str; 32] = [
     "pink_belief_over_0_5_m",
     "blue_belief_over_1_m",
     "pink_belief_over_1_m",
+    "mistakes",
     "digest",
     "note",
     "realism",

@@ -2,7 +2,6 @@
 
 use bevy::prelude::*;
 use core::fmt::{self, Write as _};
-use core::ops::Range;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom, Write as _};
@@ -93,13 +92,19 @@ pub struct MistakeTable {
 }
 
 impl MistakeTable {
-    /// Opens the table of a batch whose matches from index `first` up to `next` were played earlier: a new file if there are none, or
-    /// the one that was written with them. Rows of later matches are removed. Where a row of a match that was played is cut off, as
-    /// after a power cut, so are those of the matches from that one on, which must be played again: see [`Self::next`].
+    /// Opens the table of a batch whose matches from index `first` on were played earlier, with the results `played`: a new file if there are
+    /// none, or the one that was written with them. Rows of later matches are removed. Where rows of a match that was played are missing, as
+    /// after a power cut, those of the matches from that one on are removed, too, and these must be played again: see [`Self::next`].
     ///
     /// # Errors
     /// If the file cannot be written or has other contents.
-    pub fn open<V: Variants>(path: &Path, batch: &Batch<V>, first: usize, next: usize) -> Result<Self, TableError> {
+    pub fn open<V: Variants>(
+        path: &Path,
+        batch: &Batch<V>,
+        first: usize,
+        played: &[MatchRow],
+    ) -> Result<Self, TableError> {
+        let next = first + played.len();
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
         if !path.exists() && next > first {
             return Err(TableError::NoMistakes { path: path.to_owned(), matches: next - first });
@@ -109,8 +114,8 @@ impl MistakeTable {
         let mut lines = Lines { reader: BufReader::new(&opened.file), read_bytes: 0 };
         let mut there = Rows { next, whole_bytes: 0, counts: BTreeMap::new() };
         match lines.next_whole().map_err(io_error)? {
-            Line::Whole(line) if line == header => there = Rows::read(lines, path, batch, first..next)?,
-            Line::Part(part) if header.starts_with(&part) && next == first => {}
+            Line::Whole(line) if line == header => there = Rows::read(lines, path, batch, first, played)?,
+            Line::Part(part) if header.starts_with(&part) => there.next = first,
             _ => return Err(TableError::foreign(path, 1, "this is no table of this batch's mistakes".to_owned())),
         }
         let cut = opened.file.set_len(there.whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
@@ -154,16 +159,17 @@ struct Rows {
 }
 
 impl Rows {
-    /// Reads the rows after the header, of the matches in `played`.
+    /// Reads the rows after the header, of the matches from index `first` on with the results `played`.
     fn read<V: Variants>(
         mut lines: Lines,
         path: &Path,
         batch: &Batch<V>,
-        played: Range<usize>,
+        first: usize,
+        played: &[MatchRow],
     ) -> Result<Self, TableError> {
         // The index of the match, where its line begins, and what the line says.
         let mut rows: Vec<(usize, u64, RobotId, MistakeKind)> = Vec::new();
-        let (mut number, mut latest, mut next) = (1, played.start, played.end);
+        let (mut number, mut latest, mut next) = (1, first, first + played.len());
         let torn = loop {
             number += 1;
             let begin = lines.read_bytes;
@@ -172,9 +178,14 @@ impl Rows {
                 Line::Part(part) => break part,
             };
             let (index, who, kind) = read_row(batch, &line)
-                // Beside a table without matches only one can be under way; else somebody means another file.
-                .filter(|(index, ..)| *index >= latest && (!played.is_empty() || *index == played.end))
+                .filter(|(index, ..)| *index >= latest)
                 .ok_or_else(|| TableError::foreign(path, number, "this is no mistake of this batch".to_owned()))?;
+            // Beside a table without matches only one can be under way: the other table is missing.
+            if played.is_empty() && index > first {
+                let message =
+                    format!("mistakes of match {} are here, and the table of matches has no match", index + 1);
+                return Err(TableError::foreign(path, number, message));
+            }
             latest = index;
             rows.push((index, begin, who, kind));
         };
@@ -184,6 +195,13 @@ impl Rows {
                 match_number.and_then(|number| number.checked_sub(1)).map_or(latest, |index| index.max(latest));
             next = next.min(cut_off);
         }
+        let mut found: BTreeMap<usize, u32> = BTreeMap::new();
+        for (index, ..) in &rows {
+            *found.entry(*index).or_default() += 1;
+        }
+        let count = |index| found.get(&index).copied().unwrap_or(0);
+        let is_whole = |(index, row): &(usize, &MatchRow)| row.mistakes_found.is_none_or(|all| all == count(*index));
+        next = first + (first..next).zip(played).take_while(is_whole).count();
         let end = rows.iter().find(|(index, ..)| *index >= next).map_or(lines.read_bytes, |(_, begin, ..)| *begin);
         let mut counts = BTreeMap::new();
         for (index, _, who, kind) in rows.into_iter().take_while(|(index, ..)| *index < next) {
@@ -240,7 +258,7 @@ fn read_row<V: Variants>(batch: &Batch<V>, line: &str) -> Option<(usize, RobotId
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::batch::run_batch;
+    use crate::batch::{MatchOutcome, run_batch};
     use core::sync::atomic::AtomicBool;
     use naoisis_sim::scenario::Scenario;
     use naoisis_sim::simulation::NaoisisPlugins;
@@ -291,7 +309,7 @@ mod tests {
         let (batch, text) = (batch(), || fs::read_to_string(&path).unwrap());
         let rows = rows(&batch);
         assert!(rows.iter().all(|row| !row.mistakes.is_empty()), "matches without mistakes show nothing");
-        let mut table = MistakeTable::open(&path, &batch, 0, 0).unwrap();
+        let mut table = MistakeTable::open(&path, &batch, 0, &[]).unwrap();
         rows.iter().for_each(|row| table.write(&batch, row).unwrap());
         let (whole, counts) = (text(), table.counts.clone());
         assert_eq!(counts.values().sum::<u32>() as usize, whole.lines().count() - 1);
@@ -304,7 +322,7 @@ mod tests {
                 there.truncate(there.len() - 3);
             }
             fs::write(&path, &there).unwrap();
-            let mut table = MistakeTable::open(&path, &batch, 0, played).unwrap();
+            let mut table = MistakeTable::open(&path, &batch, 0, &rows[..played]).unwrap();
             rows[played..].iter().for_each(|row| table.write(&batch, row).unwrap());
             assert!(text() == whole && table.counts == counts, "{played}");
         }
@@ -316,16 +334,14 @@ mod tests {
         let path = folder.path().join("mistakes.csv");
         let batch = batch();
         let rows = rows(&batch);
-        let mut table = MistakeTable::open(&path, &batch, 0, 0).unwrap();
+        let mut table = MistakeTable::open(&path, &batch, 0, &[]).unwrap();
         rows.iter().for_each(|row| table.write(&batch, row).unwrap());
         let (whole, counts) = (fs::read(&path).unwrap(), table.counts.clone());
         drop(table);
-        let header = whole.iter().position(|byte| *byte == b'\n').unwrap() + 1;
-        // A row that is missing as a whole leaves no mark.
-        let marked = (header + 1..whole.len()).filter(|cut| whole[cut - 1] != b'\n');
-        for cut in marked.rev().step_by(7).chain([whole.len() - 1]) {
+        let ends_of_lines = (1..whole.len()).filter(|cut| whole[cut - 1] == b'\n');
+        for cut in (0..whole.len()).step_by(7).chain(ends_of_lines).chain([whole.len() - 1]) {
             fs::write(&path, &whole[..cut]).unwrap();
-            let mut table = MistakeTable::open(&path, &batch, 0, rows.len()).unwrap();
+            let mut table = MistakeTable::open(&path, &batch, 0, &rows).unwrap();
             assert!(table.next() < rows.len(), "{cut}");
             rows[table.next()..].iter().for_each(|row| table.write(&batch, row).unwrap());
             assert!(fs::read(&path).unwrap() == whole && table.counts == counts, "{cut}");
@@ -338,13 +354,13 @@ mod tests {
         let path = folder.path().join("mistakes.csv");
         let batch = batch();
         let rows = rows(&batch);
-        let mut table = MistakeTable::open(&path, &batch, 0, 0).unwrap();
+        let mut table = MistakeTable::open(&path, &batch, 0, &[]).unwrap();
         rows.iter().for_each(|row| table.write(&batch, row).unwrap());
         let whole = fs::read(&path).unwrap();
         drop(table);
         for played in 1..=rows.len() {
             fs::write(&path, &whole).unwrap();
-            let mut table = MistakeTable::open(&path, &batch, 0, played).unwrap();
+            let mut table = MistakeTable::open(&path, &batch, 0, &rows[..played]).unwrap();
             assert_eq!(table.next(), played);
             rows[played..].iter().for_each(|row| table.write(&batch, row).unwrap());
             assert!(fs::read(&path).unwrap() == whole, "{played}");
@@ -356,8 +372,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mistakes.csv");
         let batch = batch();
-        assert!(matches!(MistakeTable::open(&path, &batch, 0, 2), Err(TableError::NoMistakes { matches: 2, .. })));
-        drop(MistakeTable::open(&path, &batch, 0, 0).unwrap());
+        let played = [1, 2].map(|seed| MatchRow::failed(seed, MatchOutcome::Duration, String::new()));
+        assert!(matches!(
+            MistakeTable::open(&path, &batch, 0, &played),
+            Err(TableError::NoMistakes { matches: 2, .. })
+        ));
+        drop(MistakeTable::open(&path, &batch, 0, &[]).unwrap());
         let header = fs::read_to_string(&path).unwrap();
         let wrong_seed = format!("{header}1,7,kick_missed,blue1,,1,1,0,0,,,\n");
         let wrong_kind = format!("{header}1,1,yawned,blue1,,1,1,0,0,,,\n");
@@ -365,13 +385,17 @@ mod tests {
         let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_missed,blue1,,1,1,0,0,,,\n");
         for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &unordered] {
             fs::write(&path, text).unwrap();
-            assert!(matches!(MistakeTable::open(&path, &batch, 0, 1), Err(TableError::Foreign { .. })), "{text}");
+            assert!(
+                matches!(MistakeTable::open(&path, &batch, 0, &played[..1]), Err(TableError::Foreign { .. })),
+                "{text}"
+            );
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
         // A new table of matches beside an old one of mistakes.
         let of_later = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,,\n");
         fs::write(&path, &of_later).unwrap();
-        assert!(matches!(MistakeTable::open(&path, &batch, 0, 0), Err(TableError::Foreign { .. })));
+        let error = MistakeTable::open(&path, &batch, 0, &[]).err().unwrap().to_string();
+        assert!(error.contains("mistakes of match 3 are here, and the table of matches has no match"), "{error}");
         assert_eq!(fs::read_to_string(&path).unwrap(), of_later);
     }
 }

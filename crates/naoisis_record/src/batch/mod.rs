@@ -208,8 +208,12 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
         observer.observe(world);
     };
     agents::dismiss(world, farewell);
-    let mistakes = finder.map(|finder| finder.mistakes()).unwrap_or_default();
-    MatchRow { mistakes, ..observer.row(world, scenario.seed, outcome) }
+    let mistakes = finder.map(|finder| finder.mistakes());
+    MatchRow {
+        mistakes_found: mistakes.as_ref().map(|mistakes| mistakes.len().try_into().unwrap_or(u32::MAX)),
+        mistakes: mistakes.unwrap_or_default(),
+        ..observer.row(world, scenario.seed, outcome)
+    }
 }
 
 #[cfg(test)]

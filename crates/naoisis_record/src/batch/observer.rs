@@ -96,6 +96,9 @@ pub struct MatchRow {
     /// The share of the time in which a robot's pose error is over 1 m. `None` without beliefs.
     #[serde(serialize_with = "digits_of_teams")]
     pub belief_over_1_m: PerTeam<Option<f64>>,
+    /// The number of the robots' mistakes. `None` unless [they are looked for](super::mistakes::FindMistakes).
+    #[serde(rename = "mistakes")]
+    pub mistakes_found: Option<u32>,
     /// A digest of the poses of the ball and the robots in each cycle: identical matches have the same digest.
     #[serde(with = "hexadecimal")]
     pub digest: u64,
@@ -145,6 +148,7 @@ impl MatchRow {
             belief_error_m: PerTeam::default(),
             belief_over_half_m: PerTeam::default(),
             belief_over_1_m: PerTeam::default(),
+            mistakes_found: None,
             digest: 0,
             note,
             mistakes: Vec::new(),
