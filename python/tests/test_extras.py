@@ -101,12 +101,13 @@ def test_robots_keep_their_places_while_they_are_followed():
 
 
 def test_fields_are_drawn_for_each_episode_and_told():
-    draws = {"messages.loss": (0.1, 0.4), "duration_s": [0.5, 1.0]}
+    draws = {"messages.loss": (0.1, 0.4), "duration_s": [0.5, 1.0], "messages.delay_cycles": range(2, 5)}
     env = naoisis.MatchEnv("TwoOnTwo", draws=draws, realism=["ideal", "realistic"])
     infos = [env.reset(seed=seed)[1] for seed in range(30)]
     losses = [info["drawn"]["messages.loss"] for info in infos]
     assert all(0.1 <= loss <= 0.4 for loss in losses) and len(set(losses)) == 30
     assert {info["drawn"]["duration_s"] for info in infos} == {0.5, 1.0}
+    assert {info["drawn"]["messages.delay_cycles"] for info in infos} == {2, 3, 4}
     assert {info["realism"] for info in infos} == {"ideal", "realistic"}
     # The same seed draws the same, and the episode is as long as was drawn.
     for seed in range(3):
@@ -367,7 +368,7 @@ def test_self_play_has_the_infos_of_its_team():
         ({"draws": {"x": (0, 1)}}, naoisis.ScenarioError, "there is no field `x`"),
         ({"draws": {"messages.loss": (0, 2)}}, naoisis.ScenarioError, "`loss` is 2"),
         ({"draws": {"messages.loss": (1, 0)}}, ValueError, "is no range"),
-        ({"draws": {"messages.loss": 1}}, TypeError, "expected a range, as a tuple"),
+        ({"draws": {"messages.loss": 1}}, TypeError, "expected a tuple of the least"),
         ({"draws": [1]}, TypeError, "draws: expected a dictionary"),
         ({"draws": {"seed": [1]}}, ValueError, "draws: episodes have seeds of their own"),
         ({"set": {"seed": 1}}, ValueError, "set: episodes have seeds of their own"),

@@ -35,3 +35,11 @@ def test_other_errors_stay_as_they_are(arguments, words):
     with pytest.raises(naoisis.ScenarioError, match=words) as error:
         naoisis.MatchEnv(**arguments)
     assert "the task" not in str(error.value)
+
+
+def test_a_task_is_no_scenario_of_a_match():
+    for make in (naoisis.Match, lambda task: naoisis.batch(task, matches=1)):
+        with pytest.raises(
+            naoisis.ScenarioError, match=r"^GoToBall is a task; expected a scenario, or naoisis.MatchEnv\('GoToBall'\)$"
+        ):
+            make("GoToBall")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, count_of, match_of, seconds_of
+from naoisis._names import refuse_task
 from naoisis._tables import Columns, columns_of
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def batch(
         ScenarioError: The scenario, or one of the combinations, is wrong.
         ValueError: Another table is in the file.
     """
+    refuse_task(scenario)
     made = match_of(scenario, seed, set, blue, pink, realism)
     values = {}
     if sweep is not None and not isinstance(sweep, Mapping):

@@ -12,6 +12,7 @@ import numpy as np
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, control_of, count_of, match_of, seconds_of, text_of, word_of
+from naoisis._names import refuse_task
 from naoisis._pages import frame_of
 from naoisis._pictures import png
 from naoisis.errors import MatchError
@@ -57,6 +58,7 @@ class Match:
         realism: str | None = None,
         control: str | Iterable[str] = (),
     ):
+        refuse_task(scenario)
         made = match_of(scenario, seed, set, blue, pink, realism)
         self._match = _naoisis.Match(made, control_of(control))
 

@@ -1,9 +1,10 @@
-"""The name that was probably meant."""
+"""Names of tasks where scenarios are expected, and names that were probably meant."""
 
 from __future__ import annotations
 
 import difflib
 import functools
+import os
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -18,6 +19,18 @@ def nearest_task(name: str) -> str | None:
     tasks = {task.lower(): task for task, _, _ in _naoisis.challenges()}
     near = difflib.get_close_matches(name.lower(), tasks, n=1, cutoff=0.7)
     return tasks[near[0]] if near else None
+
+
+def refuse_task(scenario: Any) -> None:
+    """Says of a task's name that it is no scenario, unless there is such a file."""
+    if (
+        not isinstance(scenario, str)
+        or scenario not in {task for task, _, _ in _naoisis.challenges()}
+        or os.path.exists(scenario)
+    ):
+        return
+    expected = f"a scenario, or naoisis.MatchEnv({scenario!r})"
+    raise ScenarioError(f"{scenario} is a task; expected {expected}", scenario, expected=expected)
 
 
 def suggesting_tasks(make: Make) -> Make:

@@ -102,11 +102,11 @@ def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
             if not (np.isfinite(low) and np.isfinite(high) and low <= high):
                 raise ValueError(f"draws: {field}: {values} is no range; expected the least and the greatest number")
             fields.append((field, True, [low, high]))
-        elif isinstance(values, (list, np.ndarray)) and len(values):
+        elif isinstance(values, (list, np.ndarray, range)) and len(values):
             fields.append((field, False, list(values)))
         else:
             raise TypeError(
-                f"draws: {field}: expected a range, as a tuple of two numbers, or a list of values, not {values!r}"
+                f"draws: {field}: expected a tuple of the least and the greatest number, or a list or `range` of values, not {values!r}"
             )
     return fields
 

@@ -48,7 +48,7 @@ class MatchEnv(gymnasium.Env):
         realism: The level of realism; from a list of levels one is drawn for each episode. In ``"realistic"``, tasks of the paper's NAO have
             the NAO V6, as in ``naoisis challenge``. Spaces are wide enough for each level, so that a reset can set another one.
         draws: Fields of the scenario that are drawn for each episode: a tuple of two numbers is a range, a list has the possible values, as in
-            ``{"messages.loss": (0.0, 0.3), "messages.delay_cycles": [1, 5, 10]}``. Whole numbers need a list.
+            ``{"messages.loss": (0.0, 0.3), "messages.delay_cycles": range(1, 11)}``. Whole numbers need a list or a ``range``.
         extras: What is observed besides: ``"set_plays"`` (set plays, drop balls and stops that the robot was told of), ``"messages"``
             (the last message of each team-mate, in the order of their numbers), ``"tracked"`` (other robots keep their places in the
             observation while they are followed; otherwise the nearest is first).
