@@ -7,7 +7,7 @@ use naoisis::simulation::Snapshot;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::headless_app;
+use crate::support::{headless_app, naoisis};
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -44,4 +44,29 @@ fn errors_that_main_returns_are_sentences() {
     is_sentence(&TraceReader::open(Path::new("nowhere.jsonl")).err().unwrap());
     let scenario = Scenario::from_json(r#"{ "robots": [{ "behaviour": "nobody" }] }"#).unwrap();
     is_sentence(&app.start_match(&scenario).err().unwrap());
+}
+
+#[test]
+fn no_error_repeats_a_long_argument() {
+    let long = "A".repeat(100_000);
+    let with = |option: &str| vec!["run".to_owned(), "match3v3".to_owned(), option.to_owned(), long.clone()];
+    let options =
+        ["--set", "--seed", "--realism", "--trace-fields", "--log", "--views", "--draw", "--save", "--expect"];
+    let word = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).chain([long.clone()]).collect();
+    let commands: [Vec<String>; 7] = [
+        word(&["run"]),
+        word(&["list"]),
+        word(&["serve", "match3v3", "--listen"]),
+        word(&["figures"]),
+        word(&["realism"]),
+        word(&["challenge"]),
+        word(&[]),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    for command in options.map(with).into_iter().chain(commands) {
+        let words: Vec<&str> = command.iter().map(String::as_str).collect();
+        let output = naoisis(folder.path(), &words);
+        let said = output.stderr.len() + output.stdout.len();
+        assert!(!output.status.success() && said < 6_000, "{:?}: {said} bytes", &words[..words.len() - 1]);
+    }
 }

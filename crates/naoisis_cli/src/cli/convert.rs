@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::interrupt::Interrupt;
-use super::outputs::{Output, check_files, check_folder_of};
+use super::outputs::{Output, check_files, check_folder_of, use_of_a_part};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_core::behaviour::BehaviourRegistry;
@@ -149,13 +149,7 @@ fn write(
             printer.finish(ExitCode::SUCCESS);
             Ok(())
         }
-        Err(ConvertError::Record(error)) => {
-            let rest = match target {
-                Target::File(file, _) if file.exists() => "; what was written before it can still be used",
-                _ => "",
-            };
-            Err(report::failure(&format!("{error}{rest}")))
-        }
+        Err(ConvertError::Record(error)) => Err(report::failure(&format!("{error}{}", use_of_a_part(&error)))),
         Err(error) => {
             // What was made of a damaged trace is no match. The error is about the trace, whether this succeeds or not.
             let _ = new_file.map(fs::remove_file);

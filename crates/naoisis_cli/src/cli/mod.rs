@@ -188,6 +188,12 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
 /// Prints an error of the command line, or the requested help or version. Returns the exit status.
 fn said_by_clap(error: &clap::Error) -> ExitCode {
     let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
+    let text = error.render().to_string();
+    let shown = report::with_short_words(&text);
+    if error.use_stderr() && shown != text {
+        report::note(shown.trim_end());
+        return status;
+    }
     match error.print() {
         Err(problem) if !error.use_stderr() && problem.kind() != io::ErrorKind::BrokenPipe => {
             report::failure(&format!("cannot write to standard output: {problem}"))

@@ -5,6 +5,7 @@ use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 
 use naoisis_core::cycle::CycleClock;
+use naoisis_record::record::recorder::RecordError;
 
 /// Path that stands for standard output.
 pub const STANDARD_OUTPUT: &str = "-";
@@ -96,6 +97,14 @@ fn real(path: &Path) -> PathBuf {
 /// Returns the cycle at whose end the match has lasted `time_s`.
 pub fn cycle_at(time_s: f32, clock: &CycleClock) -> u64 {
     (f64::from(time_s) / clock.period_s).round() as u64
+}
+
+/// What can be done with a file that was not written to its end, as the rest of an error's sentence: the rows and lines of some formats are of use.
+pub(super) fn use_of_a_part(error: &RecordError) -> &'static str {
+    let RecordError::Io { path, .. } = error else { return "" };
+    let is_of_use =
+        ["jsonl", "zst", "mcap", "csv"].iter().any(|of_use| path.extension().is_some_and(|has| has == *of_use));
+    if is_of_use && path.exists() { "; what was written before it can still be used" } else { "" }
 }
 
 #[cfg(test)]

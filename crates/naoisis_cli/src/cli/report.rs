@@ -44,6 +44,17 @@ pub fn note(message: &str) {
     print_error(message);
 }
 
+/// A text in which no word has more than 100 letters.
+pub fn with_short_words(text: &str) -> String {
+    const LONGEST: usize = 100;
+
+    let short = |word: &str| match word.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…{}", &word[..end], &word[word.trim_end().len()..]),
+        None => word.to_owned(),
+    };
+    text.split_inclusive(char::is_whitespace).map(short).collect()
+}
+
 fn print_error(text: &str) {
     print_rendered(&visible(&shortened(text)));
 }

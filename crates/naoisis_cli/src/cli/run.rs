@@ -337,7 +337,7 @@ fn finish(
             // The program that reads the trace may have closed the pipe.
             Err(error) if error.is_broken_pipe() => return ExitCode::SUCCESS,
             Err(error) => {
-                return report::failure(&format!("cannot write {error}; what was written before it can still be used"));
+                return report::failure(&format!("cannot write {error}{}", outputs::use_of_a_part(&error)));
             }
         }
     }
