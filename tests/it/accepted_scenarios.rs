@@ -36,6 +36,7 @@ use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
 use naoisis::sensing::vision::{
     ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, JerseyVision, VisionNoise, VisionSettings,
 };
+use naoisis::simulation::Snapshot;
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -588,6 +589,13 @@ fn play(scenario: &Scenario) -> Result<Vec<u8>, TestCaseError> {
             prop_assert!(!broken, "in cycle {cycle}: {event:?}");
         }
     }
+    // What it has come to can be saved and restored.
+    let fail = |error: &dyn std::fmt::Display| TestCaseError::fail(error.to_string());
+    let mut saved = |app: &mut App| Snapshot::take(app.world_mut()).and_then(|moment| moment.to_bytes(app.world()));
+    let bytes_before = saved(&mut app).map_err(|error| fail(&error))?;
+    let moment = Snapshot::from_bytes(&bytes_before, app.world()).map_err(|error| fail(&error))?;
+    moment.restore(app.world_mut()).map_err(|error| fail(&error))?;
+    prop_assert!(saved(&mut app).map_err(|error| fail(&error))? == bytes_before, "it is not restored as it was saved");
     drop(app);
     let written = bytes.written();
     let mut trace = TraceReader::new(Path::new("trace"), std::io::Cursor::new(written.clone()))
