@@ -5,6 +5,7 @@
 //! stumble fast among posts, balls of all sizes in grass of all depths, cycles of a second, teams on pitches that they
 //! hardly fit on. `PROPTEST_CASES` asks for more of them.
 
+use bevy::app::App;
 use bevy::math::{Vec2, ops};
 use core::f32::consts::PI;
 use core::ops::RangeInclusive;
@@ -591,7 +592,7 @@ fn play(scenario: &Scenario) -> Result<Vec<u8>, TestCaseError> {
     }
     // What it has come to can be saved and restored.
     let fail = |error: &dyn std::fmt::Display| TestCaseError::fail(error.to_string());
-    let mut saved = |app: &mut App| Snapshot::take(app.world_mut()).and_then(|moment| moment.to_bytes(app.world()));
+    let saved = |app: &mut App| Snapshot::take(app.world_mut()).and_then(|moment| moment.to_bytes(app.world()));
     let bytes_before = saved(&mut app).map_err(|error| fail(&error))?;
     let moment = Snapshot::from_bytes(&bytes_before, app.world()).map_err(|error| fail(&error))?;
     moment.restore(app.world_mut()).map_err(|error| fail(&error))?;
