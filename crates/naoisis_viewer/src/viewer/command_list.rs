@@ -1,7 +1,7 @@
 //! The list of commands, in which one is found by typing a part of its name.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Key, Margin, TextEdit, WidgetInfo, WidgetType};
+use bevy_egui::egui::{self, Align2, Key, Margin, Order, TextEdit, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::display_settings::{DisplaySettings, Switch, Workspace};
@@ -122,7 +122,9 @@ fn show(
     let [closes, enters, up, down] = keys.map(|key| context.input(|input| input.key_pressed(key)));
     // The large score of the use for watching is higher than the bar.
     let top = shown_at(context, LARGE_SCORE).map_or(BELOW_SCORE, |score| BELOW_SCORE.max(score.bottom() + MARGIN));
-    panel("commands", Align2::CENTER_TOP, [0.0, top]).show(context, |ui| {
+    // Above the start page.
+    let area = panel("commands", Align2::CENTER_TOP, [0.0, top]).order(Order::Foreground);
+    area.show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(12)).show(ui, |ui| {
             ui.set_width(WIDTH.min(ui.ctx().content_rect().width() - 60.0).max(LEAST_WIDTH));
             let text = TextEdit::singleline(&mut typed.text).hint_text("Find a command").desired_width(f32::INFINITY);

@@ -11,8 +11,9 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::summary_recorder::png;
 use naoisis_sensing::sensing::camera::image::Image as Picture;
 
-/// The time until the camera has fitted the match into a window whose panels were hidden, s.
+/// The time until the camera has fitted the match into a window whose panels were hidden, s, and the least number of frames of it.
 pub const FITTING_S: f64 = 0.8;
+const FITTING_FRAMES: u32 = 3;
 
 /// Saves pictures in the current folder.
 pub struct PicturePlugin;
@@ -34,7 +35,7 @@ fn take_pictures(
     mut requests: MessageReader<TakePicture>,
     (clock, time): (Res<CycleClock>, Res<Time<Real>>),
     mut hidden: ResMut<HiddenPanels>,
-    (mut due_s, mut is_due): (Local<Option<f64>>, Local<bool>),
+    (mut due, mut is_due): (Local<Option<(f64, u32)>>, Local<bool>),
     mut commands: Commands,
 ) {
     let now_s = time.elapsed_secs_f64();
@@ -53,19 +54,23 @@ fn take_pictures(
     for request in requests.read() {
         match request {
             TakePicture::OfWindow => *is_due = true,
-            TakePicture::OfMatch => *due_s = Some(now_s + FITTING_S),
+            TakePicture::OfMatch => *due = Some((now_s + FITTING_S, FITTING_FRAMES)),
         }
     }
-    hidden.for_picture = due_s.is_some();
+    hidden.for_picture = due.is_some();
     // There is one picture of a frame at most, and one with panels after they are shown again.
-    if *is_due && due_s.is_none() {
+    if *is_due && due.is_none() {
         take();
         *is_due = false;
     }
-    if due_s.is_some_and(|due_s| now_s >= due_s) {
-        // This frame is still drawn without panels.
-        take();
-        *due_s = None;
+    if let Some((due_s, frames)) = &mut *due {
+        if now_s >= *due_s && *frames == 0 {
+            // This frame is still drawn without panels.
+            take();
+            *due = None;
+        } else {
+            *frames = frames.saturating_sub(1);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The camera of the window: from the side, from above, following play, the ball or a robot, through a robot's camera,
 //! or flying freely.
 
+use bevy::camera::CameraUpdateSystems;
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::math::ops;
@@ -35,6 +36,7 @@ use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
 use naoisis_sensing::appearance::scene::world_from_body;
 use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sim::scenario::{Scenario, TeamsSpec};
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
 /// The rate at which the camera approaches its target, 1/s.
@@ -81,8 +83,11 @@ impl Plugin for ViewerCameraPlugin {
                 (follow, move_camera, haze::thin_haze, hide_own_body)
                     .chain()
                     .after(PitchFrameSystems)
-                    .before(TransformSystems::Propagate),
-            );
+                    .before(TransformSystems::Propagate)
+                    // What is drawn and what is culled are of the same projection.
+                    .before(CameraUpdateSystems),
+            )
+            .add_systems(PreUpdate, show_other_match.run_if(resource_exists_and_changed::<Scenario>));
     }
 }
 
@@ -195,6 +200,22 @@ fn room_for_views(aspect: f32) -> f32 {
     /// The aspect of typical views, about that of a pitch.
     const OF_VIEWS: f32 = 1.5;
     (aspect / OF_VIEWS).min(1.0)
+}
+
+/// Shows the whole pitch of another match after a close-up of the match before.
+fn show_other_match(
+    scenario: Res<Scenario>,
+    clock: Res<CycleClock>,
+    camera: Single<&ViewerCamera>,
+    mut last: Local<Option<(String, Option<TeamsSpec>)>>,
+    mut presets: MessageWriter<ViewPreset>,
+) {
+    let now = (scenario.name.clone(), scenario.teams.clone());
+    let is_other = last.as_ref().is_some_and(|last| *last != now);
+    *last = Some(now);
+    if is_other && clock.cycle <= 1 && camera.mode == CameraMode::Orbit {
+        presets.write(ViewPreset::Broadcast);
+    }
 }
 
 fn choose_view(

@@ -41,7 +41,9 @@ impl Chart<'_> {
         for swing in self.swings {
             let strip =
                 Rect::from_x_y_ranges(x(swing.from_s)..=x(swing.until_s).max(x(swing.from_s) + 2.0), area.y_range());
-            painter.rect_filled(strip, 0.0, team_colour(ui, swing.team).gamma_multiply(0.25));
+            // On a light panel, a faint colour looks grey.
+            let strength = if ui.visuals().dark_mode { 0.25 } else { 0.45 };
+            painter.rect_filled(strip, 0.0, team_colour(ui, swing.team).gamma_multiply(strength));
         }
         for restart in self.restarts {
             let Some(team) = restart.goal else { continue };

@@ -25,17 +25,21 @@ pub(super) fn asked_pose(queue: &[Intervention], wanted: RobotId) -> Option<Pose
 }
 
 /// Returns the words of what waits with their places, m; of several at the same place, those of the last.
-pub(super) fn words_of(queue: &[Intervention]) -> impl Iterator<Item = (Vec2, String)> {
-    queue.iter().enumerate().filter_map(|(index, asked)| {
-        let place = place_of(*asked)?;
-        let is_last = queue[index + 1..].iter().all(|later| place_of(*later) != Some(place));
+pub(super) fn words_of(
+    queue: &[Intervention],
+    place_of_robot: impl Fn(RobotId) -> Option<Vec2>,
+) -> impl Iterator<Item = (Vec2, String)> {
+    queue.iter().enumerate().filter_map(move |(index, asked)| {
+        let place = place_of(*asked, &place_of_robot)?;
+        let is_last = queue[index + 1..].iter().all(|later| place_of(*later, &place_of_robot) != Some(place));
         is_last.then(|| (place, waiting_words(*asked)))
     })
 }
 
-/// Returns the place of an intervention on the pitch, m, if it has one.
-fn place_of(intervention: Intervention) -> Option<Vec2> {
+/// Returns the place of an intervention on the pitch, m, if it has one: that of its robot, if it does not move anything.
+fn place_of(intervention: Intervention, place_of_robot: impl Fn(RobotId) -> Option<Vec2>) -> Option<Vec2> {
     match intervention {
+        Intervention::Penalise { robot, .. } | Intervention::PickUp { robot } => place_of_robot(robot),
         Intervention::PlaceRobot { pose, .. } => Some(pose.position),
         Intervention::PlaceBall { position_m, .. } | Intervention::DropBall { position_m } => Some(position_m),
         Intervention::KickOff { .. } => Some(Vec2::ZERO),
@@ -57,6 +61,7 @@ fn waiting_words(intervention: Intervention) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_core::game::PenaltyReason;
     use naoisis_core::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
@@ -78,8 +83,12 @@ mod tests {
         let ball = |speed| Intervention::PlaceBall { position_m: Vec2::ONE, velocity_mps: Vec2::new(speed, 0.0) };
         let robot = Intervention::PlaceRobot { robot: BLUE, pose: Pose::new(2.0, 1.0, 0.5) };
         let kick_off = Intervention::KickOff { team: Team::Pink };
-        let queue = [ball(0.0), robot, Intervention::Whistle, kick_off, ball(1.0)];
-        let words: Vec<_> = words_of(&queue).collect();
+        let pink = RobotId::new(Team::Pink, 2);
+        let penalty = Intervention::Penalise { robot: pink, reason: PenaltyReason::Manual, duration_s: None };
+        let queue = [ball(0.0), robot, Intervention::Whistle, penalty, kick_off, ball(1.0)];
+        let words: Vec<_> = words_of(&queue, |robot| (robot == pink).then_some(Vec2::NEG_X)).collect();
+        assert!(words[1].0 == Vec2::NEG_X && words[1].1.ends_with("when the match goes on"), "{words:?}");
+        let words: Vec<_> = words_of(&queue, |_| None).collect();
         let expected = [
             (Vec2::new(2.0, 1.0), "blue1, when the match goes on"),
             (Vec2::ZERO, "kick-off for pink, when the match goes on"),

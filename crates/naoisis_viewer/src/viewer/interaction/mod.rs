@@ -274,6 +274,15 @@ fn penalise_or_return(world: &mut World) {
         world.resource_mut::<Notice>().tell(words);
         return;
     };
+    let is_of_robot = |asked: &&Intervention| match asked {
+        Intervention::Penalise { robot: of, .. } | Intervention::Return { robot: of } => *of == robot,
+        _ => false,
+    };
+    if let Some(asked) = world.resource::<Interventions>().queue.iter().find(is_of_robot) {
+        let words = format!("This waits already for the match to go on: {asked}; Ctrl Z takes it back");
+        world.resource_mut::<Notice>().tell(words);
+        return;
+    }
     let entity = world.resource::<Roster>().get(robot);
     let serves = entity.and_then(|entity| world.get::<Penalty>(entity)).is_some_and(Penalty::is_active);
     let intervention = if serves {
@@ -289,14 +298,15 @@ fn draw_intentions(
     drag: Res<MouseDrag>,
     interventions: Res<Interventions>,
     (roster, playback, timeline): (Res<Roster>, Res<Playback>, Res<Timeline>),
-    bodies: Query<&Body>,
+    (bodies, poses): (Query<&Body>, Query<&Pose>),
     balls: Query<&BallPhysics>,
     mut brush: Brush,
 ) {
     let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
     // They are of the present.
     let queue = if is_live(&timeline) { &interventions.queue[..] } else { &[] };
-    for (place, words) in words_of(queue).filter(|_| playback.paused) {
+    let place_of = |robot| Some(poses.get(roster.get(robot)?).ok()?.position);
+    for (place, words) in words_of(queue, place_of).filter(|_| playback.paused) {
         brush.words(place, words, Color::WHITE);
     }
     for intention in drag.intention.iter().chain(queue) {

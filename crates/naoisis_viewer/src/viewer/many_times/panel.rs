@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, DragValue, Grid, ProgressBar};
 
-use super::{ManyTimes, ManyTimesCommand, Outcome, Run, saved_test};
+use super::{ManyTimes, ManyTimesCommand, Outcome, Run, heat_map, saved_test};
 use crate::viewer::display_settings::Switch;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
@@ -113,10 +113,9 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
     for line in difference.into_iter().chain(first) {
         ui.label(dim(line).size(text_size::ENTRY));
     }
-    ui.label(
-        dim("(… to …) and ±: 95 % confidence; hatching at that moment: final positions of the ball")
-            .size(text_size::SMALL),
-    );
+    for words in ["(… to …) and ±: 95 % confidence".to_owned(), heat_map::legend(&run.rows)] {
+        ui.add(egui::Label::new(dim(words).size(text_size::SMALL)).wrap());
+    }
 }
 
 /// Shows the expectation for a test of this moment.

@@ -205,11 +205,18 @@ fn apply(world: &mut World) {
 fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
     // Teams line up on the pitch of a scenario without robots, too. One that lists its robots has no place for them.
     let takes_teams = |scenario: &&Scenario| scenario.teams.is_some() || scenario.robots.is_empty();
-    let present = world.get_resource::<Scenario>().filter(takes_teams).cloned();
-    let is_other = present.is_none();
+    let before = world.get_resource::<Scenario>().cloned();
+    let present = before.clone().filter(|scenario| takes_teams(&scenario));
+    // A trace of that match lists its robots, too.
+    let is_same = before.as_ref().is_some_and(|before| before.name == TEAM_MATCH);
+    let is_other = present.is_none() && !is_same;
     let scenario = match present {
         Some(scenario) => scenario,
-        None => ScenarioFile::named(TEAM_MATCH).map_err(|error| error.to_string())?.scenario,
+        None => {
+            let named = ScenarioFile::named(TEAM_MATCH).map_err(|error| error.to_string())?.scenario;
+            let seed = before.filter(|_| is_same).map_or(named.seed, |before| before.seed);
+            Scenario { seed, ..named }
+        }
     };
     drive::start(world, &Scenario { teams: Some(teams), ..scenario }).map_err(|fault| fault.to_string())?;
     if is_other {

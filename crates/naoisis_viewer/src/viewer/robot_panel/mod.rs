@@ -229,7 +229,7 @@ fn show_robot(
                 if intention == Some(DRIVEN) {
                     ui.label(dim("Driven by hand: not as its behaviour decides.").size(text_size::ENTRY));
                 }
-                show_reasons(ui, &state, (clock.cycle, timeline.is_past()));
+                show_reasons(ui, &state, (clock.cycle, timeline.is_past(), robot.penalty.is_active()));
                 if let Some(words) = last_kick::refused_now(&current.record, id) {
                     ui.add(egui::Label::new(RichText::new(words).size(text_size::ENTRY)).wrap());
                 }
@@ -345,7 +345,7 @@ fn show_messages(
 }
 
 /// Shows the options of the behaviour, each with a bar for its value; the chosen one is bold.
-fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_past): (u64, bool)) {
+fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_past, is_penalised): (u64, bool, bool)) {
     /// The width of the longest bar, logical pixels.
     const BAR: f32 = 70.0;
 
@@ -354,6 +354,7 @@ fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_past): (u64, b
         let words = match (&state.0, is_past) {
             _ if cycle == 0 => "The match has not begun: its behaviour has not decided yet.",
             (Err(why), _) => why,
+            _ if is_penalised => "There are no options while it is penalised.",
             (Ok(_), true) => "Its behaviour does not record its options.",
             (Ok(_), false) => "Options are known for moments of the past: go one cycle back (Left).",
         };
