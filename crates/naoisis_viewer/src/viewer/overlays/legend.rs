@@ -21,7 +21,7 @@ use naoisis_core::team::{RobotId, Team};
 const MOST_HEIGHT: f32 = 0.34;
 
 /// The size of a patch, logical pixels.
-const PATCH: f32 = 9.0;
+pub(super) const PATCH: f32 = 9.0;
 /// The width and the height of the free area below which letters are small, logical pixels.
 const NARROW: f32 = 700.0;
 const LOW: f32 = 350.0;
@@ -73,7 +73,7 @@ fn show_legend(mut contexts: EguiContexts, showing: Showing, roster: Res<Roster>
                     if ui.available_size_before_wrap().x < PATCH + 5.0 + words.size().x {
                         ui.end_row();
                     }
-                    patch(ui, colour);
+                    patch(ui, colour, words.size().y);
                     ui.label(words);
                     ui.add_space(6.0);
                 }
@@ -101,9 +101,10 @@ fn the_only_robot(shown: &[Overlay], showing: &Showing, roster: &Roster) -> Opti
     robots.next().filter(|_| robots.next().is_none())
 }
 
-/// Shows a patch of a colour.
-pub(super) fn patch(ui: &mut egui::Ui, colour: Color) -> egui::Response {
-    let (area, response) = ui.allocate_exact_size(egui::Vec2::splat(PATCH), Sense::hover());
+/// Shows a patch of a colour in the middle of a line of this height, logical pixels.
+pub(super) fn patch(ui: &mut egui::Ui, colour: Color, height: f32) -> egui::Response {
+    let (line, response) = ui.allocate_exact_size(egui::vec2(PATCH, height.max(PATCH)), Sense::hover());
+    let area = egui::Rect::from_center_size(line.center(), egui::Vec2::splat(PATCH));
     // The edge shows white on a light panel.
     let edge = (1.0, ui.visuals().weak_text_color());
     ui.painter().rect(area, 2.0, palette::in_panel(colour), edge, egui::StrokeKind::Inside);

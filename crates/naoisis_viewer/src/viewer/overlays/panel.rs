@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::legend::{marks, patch};
+use super::legend::{PATCH, marks, patch};
 use super::{Overlay, OverlayCommand, Overlays, Shows};
 use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
 use crate::viewer::layout::{Dock, Edge, LayoutSystems, PanelSizes, title};
@@ -106,7 +106,7 @@ fn show_line(
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.label(overlay.name()).on_hover_text(overlay.description());
         for (colour, words) in marks(overlay) {
-            patch(ui, colour).on_hover_text(words);
+            patch(ui, colour, PATCH).on_hover_text(words);
         }
     });
     let mut switch = |ui: &mut egui::Ui, on: bool, whose: &str, command: OverlayCommand| {
