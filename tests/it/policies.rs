@@ -184,27 +184,6 @@ fn what_is_wrong_with_a_policy_is_said_before_the_match() {
 }
 
 #[test]
-fn the_team_that_learned_beats_the_team_of_roles() {
-    let folder = tempfile::tempdir().unwrap();
-    let matches = ["batch", "match3v3", "--pairs", "learned,roles", "--realism", "realistic", "--duration", "300"];
-    let output =
-        naoisis(folder.path(), &[&matches[..], &["--matches", "16", "--seed", "1", "--csv", "m.csv"]].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let table = fs::read_to_string(folder.path().join("m.csv")).unwrap();
-    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let columns = rows.next().unwrap();
-    let column = |name: &str| columns.iter().position(|column| *column == name).unwrap();
-    let [mut own, mut others] = [0, 0];
-    for row in rows {
-        let of = |team: &str| row[column(&format!("{team}_goals"))].parse::<u32>().unwrap();
-        let (blue, pink) = if row[column("teams.blue")] == "learned" { ("blue", "pink") } else { ("pink", "blue") };
-        (own, others) = (own + of(blue), others + of(pink));
-    }
-    // 1.07 goals a match against 0.64, by 200 whole matches: no lead after these sixteen has a probability of 9 %, and they are always the same.
-    assert!(own > others, "{own} : {others}");
-}
-
-#[test]
 fn the_team_that_learned_plays_in_matches_of_any_size() {
     let folder = tempfile::tempdir().unwrap();
     for scenario in ["match3v3", "match7v7", "hsl2026_small"] {
