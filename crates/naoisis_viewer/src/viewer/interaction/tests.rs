@@ -175,6 +175,20 @@ fn a_driven_robot_goes_where_the_keys_say() {
 }
 
 #[test]
+fn what_was_done_in_a_branch_can_be_undone_after_a_visit_to_another() {
+    use crate::viewer::keyframes::Keyframes;
+    let mut app = app();
+    undo::reset(app.world_mut());
+    undo::act(app.world_mut(), Intervention::PlaceRobot { robot: BLUE2, pose: Pose::new(1.0, 1.0, 0.0) });
+    let branch = app.world_mut().get_resource_or_init::<Keyframes>().clone();
+    app.insert_resource(Keyframes::default());
+    assert_eq!(undo::undo(app.world_mut()), "Nothing to undo");
+    app.insert_resource(branch);
+    assert!(undo::undo(app.world_mut()).starts_with("Undone: "));
+    assert!(undo::redo(app.world_mut()).starts_with("Redone: "));
+}
+
+#[test]
 fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     use crate::viewer::match_panel::{MatchCommand, MatchPanelPlugin};
     use naoisis_record::record::read_trace::ReadTrace;

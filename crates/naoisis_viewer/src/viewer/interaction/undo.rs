@@ -7,7 +7,7 @@ use bevy::prelude::*;
 
 use super::asked::{asked_ball, asked_pose};
 use super::refusal;
-use crate::viewer::keyframes::Keyframes;
+use crate::viewer::keyframes::{Keyframes, KeyframesName};
 use crate::viewer::pen_marks::{Pen, PenMark};
 use crate::viewer::shared::Notice;
 use naoisis_core::ball::{Ball, BallVelocity};
@@ -31,6 +31,8 @@ pub struct Undo {
     marks: Vec<PenMark>,
     /// The match of the steps.
     of: Keyframes,
+    /// The interventions of other matches and branches, done and undone.
+    aside: Vec<(KeyframesName, [Vec<Step>; 2])>,
 }
 
 /// A step.
@@ -123,7 +125,7 @@ fn ball(world: &mut World) -> Option<Intervention> {
 
 /// Undoes the last step. Returns a notice for the user.
 pub(super) fn undo(world: &mut World) -> String {
-    forget_other_match(world);
+    change_match(world);
     let Some(step) = world.get_resource_or_init::<Undo>().done.pop() else {
         return "Nothing to undo".to_owned();
     };
@@ -159,7 +161,7 @@ pub(super) fn undo(world: &mut World) -> String {
 
 /// Redoes the last undone step. Returns a notice for the user.
 pub(super) fn redo(world: &mut World) -> String {
-    forget_other_match(world);
+    change_match(world);
     let Some(step) = world.get_resource_or_init::<Undo>().undone.pop() else {
         return "Nothing to redo".to_owned();
     };
@@ -193,15 +195,25 @@ fn why_it_cannot_be(world: &World, step: &Step) -> Option<String> {
     matches!(step, Step::Hand { .. }).then(|| refusal(world).map(str::to_owned)).flatten()
 }
 
-/// Removes the steps of another match, except strokes of the pen.
-fn forget_other_match(world: &mut World) {
+/// Puts the interventions of another match or branch aside, and takes those of the one that is shown out again, if it was shown before. Strokes of
+/// the pen stay.
+fn change_match(world: &mut World) {
     let now = world.get_resource_or_init::<Keyframes>().clone();
     let mut undo = world.get_resource_or_init::<Undo>();
-    if !undo.of.is_same(&now) {
-        undo.done.retain(|step| !matches!(step, Step::Hand { .. }));
-        undo.undone.retain(|step| !matches!(step, Step::Hand { .. }));
-        undo.of = now;
+    if undo.of.is_same(&now) {
+        return;
     }
+    let undo = &mut *undo;
+    let is_hand = |step: &mut Step| matches!(step, Step::Hand { .. });
+    let aside = [&mut undo.done, &mut undo.undone].map(|steps| steps.extract_if(.., is_hand).collect());
+    undo.aside.push((undo.of.name(), aside));
+    undo.aside.retain(|(name, _)| name.is_kept());
+    if let Some(index) = undo.aside.iter().position(|(name, _)| name.is_of(&now)) {
+        let (_, [done, undone]) = undo.aside.swap_remove(index);
+        undo.done.extend(done);
+        undo.undone.extend(undone);
+    }
+    undo.of = now;
 }
 
 /// Adds a stroke, or removes the last one.
@@ -233,9 +245,9 @@ pub(super) fn note_marks(pen: Option<Res<Pen>>, mut undo: ResMut<Undo>) {
     undo.marks.clone_from(&pen.marks);
 }
 
-/// Starts with no steps for another match.
+/// Has the steps of the match that is shown.
 pub(super) fn reset(world: &mut World) {
-    forget_other_match(world);
+    change_match(world);
 }
 
 /// Performs an undo or redo that a key or button asked for.
