@@ -33,7 +33,7 @@ impl ChallengePlayer {
     /// Whether it starts programs, which may decide otherwise the next time, or not be there.
     pub fn is_program(&self) -> bool {
         match self {
-            ChallengePlayer::Team(name) => name.starts_with(TeamsSpec::EXEC),
+            ChallengePlayer::Team(name) => TeamsSpec::command_line(name).is_some(),
             ChallengePlayer::OpenLoop(player) => player.is_program(),
             _ => false,
         }

@@ -22,7 +22,7 @@ use naoisis_agents::environment::challenge::{CHALLENGES, ChallengeError, RECORD_
 use naoisis_agents::environment::results::{ChallengeResult, MethodScore, PlayedBy, ResultFile};
 use naoisis_agents::policy::interactions;
 use naoisis_core::replace_file::replace_file;
-use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile};
+use naoisis_sim::scenario::{Format, Realism, Scenario, ScenarioFile, TeamsSpec};
 
 /// Arguments of `naoisis challenge`.
 #[derive(Args, Debug, Clone)]
@@ -327,7 +327,7 @@ pub(super) fn verify(
     let mut status = ExitCode::SUCCESS;
     for result in &file.results {
         let name = format!("{}-v{}, {}, {}", result.challenge, result.version, result.realism, result.player);
-        let is_program = result.player.parse().is_ok_and(|player: ChallengePlayer| player.is_program());
+        let is_program = result.player.contains(TeamsSpec::EXEC);
         let by = if is_program && !programs { PlayedBy::Commands } else { PlayedBy::Player };
         if by == PlayedBy::Commands && !result.has_commands() {
             let why = "it would start this program, which can do whatever you can do; allow it with --programs";
