@@ -357,10 +357,11 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
         .collect();
     // These are no part of a match's state. The registries hold functions, which cannot be reflected; the graphics card
     // and the number of threads are the machine's; who records, and what people look at, is the program's choice, as is which
-    // robots need no senses.
+    // robots need no senses and no behaviour.
     unmarked.sort();
     let expected = [
         "naoisis_core::behaviour::BehaviourRegistry",
+        "naoisis_core::behaviour::WithoutBehaviour",
         "naoisis_core::referee::custom_rules::CustomRules",
         "naoisis_sensing::sensing::camera::GpuCameras",
         "naoisis_sensing::sensing::jobs::SensingThreads",

@@ -19,6 +19,7 @@ use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
 use super::start_error::StartError;
 use crate::agents::{self, AgentSettings, Commander, RobotCommand};
+use naoisis_core::behaviour::{REMOTE, WithoutBehaviour};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::{CycleClock, perceive, run_cycle};
@@ -35,7 +36,7 @@ use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::scene::SensesNothing;
 use naoisis_sensing::sensing::sonar::SonarReading;
 use naoisis_sensing::sensing::vision::{Percepts, VisionSettings, VisionSource};
-use naoisis_sim::scenario::Scenario;
+use naoisis_sim::scenario::{BehaviourSpec, Scenario};
 use naoisis_sim::simulation::{Snapshot, give_belief, start_match};
 
 /// The start of episodes.
@@ -217,15 +218,22 @@ impl Episode {
         }
     }
 
-    /// Gives the controlled robots beliefs if they are needed, or takes their vision and their sonar away.
+    /// Gives the controlled robots beliefs if they are needed, or takes their vision and their sonar away, and says that they have no behaviour.
     pub(super) fn set_senses(&mut self, settings: &EnvironmentSettings) {
         let needs_belief = settings.observation == ObservationKind::Belief || settings.end.believed_within_m.is_some();
         for id in &settings.control {
             if needs_belief {
                 give_belief(&mut self.world, *id);
             }
-            let Some(robot) = self.world.resource::<Roster>().get(*id).filter(|_| settings.blind) else { continue };
+            let Some(robot) = self.world.resource::<Roster>().get(*id) else { continue };
+            let is_remote = self.world.get_resource::<Scenario>().is_some_and(|scenario| is_remote(scenario, *id));
             let mut robot = self.world.entity_mut(robot);
+            if is_remote {
+                robot.insert(WithoutBehaviour);
+            }
+            if !settings.blind {
+                continue;
+            }
             if robot.get::<VisionSettings>().is_none_or(|vision| vision.source != VisionSource::Image) {
                 // What a moment's robot saw before does not stay.
                 robot.insert((SensesNothing, Percepts::default(), SonarReading::default(), LatencyQueues::default()));
@@ -330,6 +338,12 @@ impl Episode {
 /// The index of one of `count` scenarios, drawn by `seed`. A single scenario uses no random number.
 fn one_of(count: usize, seed: u64) -> usize {
     RandomStream::for_match(seed, "scenario").random_range(0..count.max(1))
+}
+
+/// Whether a scenario lists a robot as one that is commanded from outside.
+fn is_remote(scenario: &Scenario, id: RobotId) -> bool {
+    let robot = scenario.robots.iter().find(|robot| robot.id() == id);
+    robot.is_some_and(|robot| matches!(&robot.behaviour, BehaviourSpec::Named(name) if name == REMOTE))
 }
 
 /// The pose of a robot by its own odometry.

@@ -70,7 +70,7 @@ impl Plugin for BehaviourPlugin {
                     DecideSystems::Believe.in_set(CycleHalf::Perceive),
                     DecideSystems::Script.in_set(CycleHalf::Act),
                     DecideSystems::Ask.in_set(CycleHalf::Act),
-                    DecideSystems::Behave.in_set(CycleHalf::Act).run_if(not_all_are_remote),
+                    DecideSystems::Behave.in_set(CycleHalf::Act).run_if(some_may_have_behaviours),
                 )
                     .chain()
                     .in_set(CycleSystems::Decide),
@@ -82,9 +82,17 @@ impl Plugin for BehaviourPlugin {
     }
 }
 
-/// Whether a behaviour may have a robot: in environments for learning, often all robots are remote.
-fn not_all_are_remote(remote: Query<(), With<Remote>>, others: Query<(), (With<RobotId>, Without<Remote>)>) -> bool {
-    remote.is_empty() || !others.is_empty()
+/// Marks a robot for which no behaviour decides, such as those that learn. If all robots have the mark, no behaviour runs. The mark is not part of a
+/// saved match.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct WithoutBehaviour;
+
+/// Whether there is a robot that may have a behaviour, or none at all.
+fn some_may_have_behaviours(
+    without: Query<(), With<WithoutBehaviour>>,
+    others: Query<(), (With<RobotId>, Without<WithoutBehaviour>)>,
+) -> bool {
+    without.is_empty() || !others.is_empty()
 }
 
 /// The parts of [`CycleSystems::Decide`].
