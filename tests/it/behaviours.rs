@@ -69,6 +69,20 @@ fn a_behaviour_runs_only_in_the_cycles_in_which_all_its_conditions_hold() {
 }
 
 #[test]
+fn a_behaviour_may_be_of_remote_robots() {
+    #[derive(Component, Default)]
+    #[require(naoisis::behaviour::Remote)]
+    struct Puppet;
+    let mut app = headless_app();
+    app.add_behaviour::<Puppet, _>("puppet", |mut robots: Query<&mut WalkCommand, With<Puppet>>| {
+        robots.iter_mut().for_each(|mut walk| walk.dx = 0.01);
+    });
+    let scenario = r#"{ "rules": "free", "robots": [{ "number": 1, "pose": [0, 0, 0], "behaviour": "puppet" }] }"#;
+    app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap().run_cycles(20);
+    assert!(app.robot_pose(blue(1)).unwrap().position.x > 0.05);
+}
+
+#[test]
 fn a_name_is_given_once() {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
