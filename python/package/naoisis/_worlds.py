@@ -41,7 +41,7 @@ class CommonOptions(TypedDict, total=False):
     cycles_per_step: int | None
     set: Mapping[str, Any] | None
     realism: str | Sequence[str] | None
-    draws: Mapping[str, tuple[float, float] | list[Any]] | None
+    draws: Mapping[str, tuple[float, float] | list[Any] | range] | None
     extras: Sequence[str]
     says: int
     statistics: bool
