@@ -7,7 +7,8 @@ use crate::viewer::palette;
 use crate::viewer::theme::{dim, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
 
-/// The colours of intentions, each with its strength on the panel. When all are taken, further intentions have them with stripes.
+/// The colours of intentions in the order of their first use, each with its strength on the panel. Later intentions have these
+/// colours with stripes.
 const WORD_INKS: [(DrawColour, f32); 8] = [
     (DrawColour::Sky, 0.8),
     (DrawColour::Yellow, 0.55),
@@ -52,18 +53,13 @@ impl WordLook {
     }
 }
 
-/// The looks of intentions. An intention has the same colour in all matches, unless an earlier one of the match has it. Robots without an
-/// intention have the empty one, which has no look of its own.
+/// The looks of intentions. Robots without an intention have the empty one, which has no look of its own.
 pub(super) fn word_looks(words: &[String]) -> Vec<WordLook> {
-    let mut are_taken = [false; WORD_INKS.len()];
+    let mut next = 0;
     let look = |word: &String| {
-        let first = word.bytes().fold(0, |sum, byte| (31 * sum + usize::from(byte)) % 997) % WORD_INKS.len();
-        let in_turn = (0..WORD_INKS.len()).map(|step| (first + step) % WORD_INKS.len());
-        let free = in_turn.into_iter().find(|index| !are_taken[*index]).filter(|_| !word.is_empty());
-        let is_striped = free.is_none();
-        let index = free.unwrap_or(first);
-        are_taken[index] |= !word.is_empty();
-        let (colour, strength) = WORD_INKS[index];
+        let (colour, strength) = WORD_INKS[next % WORD_INKS.len()];
+        let is_striped = next >= WORD_INKS.len();
+        next += usize::from(!word.is_empty());
         // White is nearly that of a light panel.
         let edge = (colour == DrawColour::White).then_some(Color32::from_gray(120));
         WordLook { is_striped, edge, ..plain(ink(colour).gamma_multiply(strength)) }
@@ -171,18 +167,6 @@ mod tests {
             assert!(!looks[..index].contains(look), "{index}");
         }
         assert!(!looks[7].is_striped && looks[8].is_striped);
-    }
-
-    #[test]
-    fn an_intention_has_its_colour_in_every_match() {
-        let look = |words: &[&str], word: &str| {
-            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-            let index = words.iter().position(|other| other == word).unwrap();
-            word_looks(&words)[index]
-        };
-        for word in ["attack", "support"] {
-            assert_eq!(look(&["search", "attack", "support"], word), look(&["support", "attack"], word), "{word}");
-        }
     }
 
     #[test]
