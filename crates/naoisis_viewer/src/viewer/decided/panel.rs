@@ -209,7 +209,7 @@ fn show_swing(
         });
     }
     if reasons.is_empty() && !is_read {
-        ui.label(dim("   no mistakes, kicks, falls and penalties").size(text_size::SMALL));
+        ui.label(dim("   no mistake, kick, fall, penalty or intervention").size(text_size::SMALL));
     }
     clicked
 }

@@ -1,10 +1,11 @@
-//! The reasons for a swing: the mistakes, falls, penalties and failures of the team that lost by it, and the kicks before its end.
+//! The reasons for a swing: the mistakes, falls, penalties and failures of the team that lost by it, the kicks before its end, and
+//! whatever was done by hand.
 
 use crate::viewer::event_log::{LogEntry, LogKind};
 use naoisis_record::record::mistakes::Mistake;
 use naoisis_record::whatif::chances::Swing;
 
-/// The greatest number of mistakes, of kicks, and of other events of a swing that are listed: the last ones.
+/// The greatest number of mistakes, of kicks, of failures, and of interventions of a swing that are listed: the last ones.
 const MOST: usize = 4;
 
 /// The listed mistakes, kicks and other events of a swing in the order of their times, and the number of earlier ones. `mistakes` have their
@@ -23,9 +24,10 @@ pub(super) fn reasons<'a>(
     let is_of_loser = |entry: &&LogEntry| entry.robot.is_some_and(|robot| robot.team != swing.team);
     let has_failed = |entry: &&LogEntry| matches!(entry.kind, LogKind::Fall | LogKind::Penalty) && !entry.is_recovery;
     let failures: Vec<&LogEntry> = log.iter().filter(has_failed).filter(is_of_loser).filter(is_then).collect();
-    let mut reasons = [last(&mistakes), last(&kicks), last(&failures)].concat();
+    let by_hand: Vec<&LogEntry> = log.iter().filter(|entry| entry.kind == LogKind::Hand).filter(is_then).collect();
+    let mut reasons = [&mistakes, &kicks, &failures, &by_hand].map(|entries| last(entries)).concat();
     reasons.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
-    let earlier = mistakes.len() + kicks.len() + failures.len() - reasons.len();
+    let earlier = mistakes.len() + kicks.len() + failures.len() + by_hand.len() - reasons.len();
     (reasons, earlier)
 }
 
@@ -42,7 +44,7 @@ mod tests {
     use naoisis_record::whatif::chances::{Chance, swings};
 
     #[test]
-    fn mistakes_and_falls_of_the_team_that_lost_by_a_swing_and_kicks_in_it_are_its_reasons() {
+    fn mistakes_and_falls_of_the_team_that_lost_by_a_swing_and_kicks_and_interventions_in_it_are_its_reasons() {
         let score = PerTeam { blue: 0, pink: 0 };
         let chance = |time_s, blue| Chance { time_s, score, times: 100, first: PerTeam { blue, pink: 0 } };
         let swings = swings(&[chance(10.0, 0), chance(15.0, 90)], &[]);
@@ -68,6 +70,7 @@ mod tests {
         let entries = mistakes.map(|mistake| entry(mistake.from_s, LogKind::Mistake));
         let log = [
             entry(9.0, LogKind::Kick),
+            entry(10.0, LogKind::Hand),
             entry(12.0, LogKind::Kick),
             fall(12.5, Team::Blue),
             fall(13.0, Team::Pink),
@@ -79,7 +82,7 @@ mod tests {
             let (reasons, earlier) = reasons(&swings[0], mistakes, &log);
             (reasons.iter().map(|entry| entry.time_s).collect::<Vec<_>>(), earlier)
         };
-        assert_eq!(of(1), (vec![8.0, 12.0, 13.0, 14.0], 0));
-        assert_eq!(of(3), (vec![8.0, 8.0, 12.0, 13.0, 14.0, 14.0], 2));
+        assert_eq!(of(1), (vec![8.0, 10.0, 12.0, 13.0, 14.0], 0));
+        assert_eq!(of(3), (vec![8.0, 8.0, 10.0, 12.0, 13.0, 14.0, 14.0], 2));
     }
 }

@@ -1,6 +1,7 @@
 //! Saves a match: its state, to continue it later, the trace of its past, and a web page.
 
 use bevy::prelude::*;
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
@@ -30,6 +31,8 @@ use naoisis_sim::simulation::resolved;
 pub struct SavedFiles {
     /// The folder.
     pub folder: PathBuf,
+    /// The match that was saved last.
+    last: Option<PathBuf>,
     files: Vec<(PathBuf, JoinHandle<Result<(), String>>)>,
 }
 
@@ -45,7 +48,8 @@ pub(super) fn saved_files(world: &mut World) {
     world.resource_mut::<Notice>().tell(text);
 }
 
-/// Saves the state of the match, and begins to write its trace: the same name with another ending.
+/// Saves the state of the match, and begins to write its trace: the same name with another ending. Returns the file of the state,
+/// which is that of the last call if the match is still as it was.
 ///
 /// # Errors
 /// Why the match cannot be saved, such as that a trace is shown.
@@ -57,7 +61,16 @@ pub fn keep(world: &mut World) -> Result<PathBuf, String> {
     let end = end_now(world);
     place.show(world);
     let scenario = world.get_resource::<Scenario>().cloned().unwrap_or_default();
-    let folder = world.resource::<SavedFiles>().folder.clone();
+    let saved = world.resource::<SavedFiles>();
+    let is_now = |path: &&PathBuf| fs::read(path).is_ok_and(|bytes| bytes == place.present_bytes());
+    let has_trace = |path: &&PathBuf| {
+        let trace = trace_of(path);
+        trace.exists() || saved.files.iter().any(|(other, _)| *other == trace)
+    };
+    if let Some(last) = saved.last.as_ref().filter(has_trace).filter(is_now) {
+        return Ok(last.clone());
+    }
+    let folder = saved.folder.clone();
     let path = write_new(&folder, &name(&scenario, end.cycles), EXTENSION, place.present_bytes())
         .map_err(|error| error.to_string())?;
     let trace = trace_of(&path);
@@ -70,6 +83,7 @@ pub fn keep(world: &mut World) -> Result<PathBuf, String> {
         let recorder = TraceRecorder::create(&of_thread).map_err(|error| error.to_string())?;
         write(Box::new(recorder.every(history.every())), &scenario, &mut history, &end)
     })?;
+    world.resource_mut::<SavedFiles>().last = Some(path.clone());
     if let Some(mut saved) = world.get_resource_mut::<Messages<TraceSaved>>() {
         saved.write(TraceSaved(trace_of(&path)));
     }

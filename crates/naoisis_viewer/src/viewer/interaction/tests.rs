@@ -206,6 +206,11 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     act(&mut app, HandAction::KeepMatch);
     assert_eq!(app.world().resource::<Timeline>().cursor(), Some(10.0));
     let path = folder.path().join(format!("match3v3-{last:06}.naoisis"));
+    let again = |app: &mut App| saved_files::keep(app.world_mut()).unwrap();
+    assert_eq!(again(&mut app), path, "it is not written twice");
+    undo::act(app.world_mut(), Intervention::SetScore { blue: 3, pink: 0 });
+    assert_ne!(again(&mut app), path, "it is another match");
+    undo::undo(app.world_mut());
     let trace = path.with_extension("jsonl.zst");
     // Closing the window waits for the trace.
     app.world_mut().write_message(AppExit::Success);

@@ -7,17 +7,17 @@ use crate::viewer::palette;
 use crate::viewer::theme::{dim, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
 
-/// The colours of intentions in the order of their first use, each with its strength on the panel. Later intentions have these
-/// colours with stripes.
-const WORD_INKS: [(DrawColour, f32); 8] = [
-    (DrawColour::Sky, 0.8),
-    (DrawColour::Yellow, 0.55),
-    (DrawColour::Purple, 0.55),
-    (DrawColour::White, 0.8),
-    (DrawColour::Green, 0.8),
-    (DrawColour::Blue, 0.8),
-    (DrawColour::Yellow, 0.8),
-    (DrawColour::Green, 0.3),
+/// The colours of intentions, each with its strength on the panel and the intention of the built-in teams that has it in every match.
+/// Other intentions have the colours that are left, in the order of their first use, and then these colours with stripes.
+const WORD_INKS: [(DrawColour, f32, &str); 8] = [
+    (DrawColour::Sky, 0.8, "support"),
+    (DrawColour::Yellow, 0.55, "attack"),
+    (DrawColour::Purple, 0.55, "search"),
+    (DrawColour::White, 0.8, "keep"),
+    (DrawColour::Green, 0.8, "receive"),
+    (DrawColour::Blue, 0.8, "wait"),
+    (DrawColour::Yellow, 0.8, "kick"),
+    (DrawColour::Green, 0.3, "save"),
 ];
 /// The distance between two stripes, logical pixels.
 const STRIPES: f32 = 4.0;
@@ -55,11 +55,13 @@ impl WordLook {
 
 /// The looks of intentions. Robots without an intention have the empty one, which has no look of its own.
 pub(super) fn word_looks(words: &[String]) -> Vec<WordLook> {
-    let mut next = 0;
+    let own = |word: &str| WORD_INKS.iter().position(|(.., of)| *of == word);
+    let is_left = |index: &usize| !words.iter().any(|word| own(word) == Some(*index));
+    let mut others = (0..WORD_INKS.len()).filter(is_left).chain(WORD_INKS.len()..);
     let look = |word: &String| {
-        let (colour, strength) = WORD_INKS[next % WORD_INKS.len()];
-        let is_striped = next >= WORD_INKS.len();
-        next += usize::from(!word.is_empty());
+        let index = if word.is_empty() { 0 } else { own(word).or_else(|| others.next()).unwrap_or(0) };
+        let (colour, strength, _) = WORD_INKS[index % WORD_INKS.len()];
+        let is_striped = index >= WORD_INKS.len();
         // White is nearly that of a light panel.
         let edge = (colour == DrawColour::White).then_some(Color32::from_gray(120));
         WordLook { is_striped, edge, ..plain(ink(colour).gamma_multiply(strength)) }
@@ -166,7 +168,16 @@ mod tests {
         for (index, look) in looks.iter().enumerate() {
             assert!(!looks[..index].contains(look), "{index}");
         }
-        assert!(!looks[7].is_striped && looks[8].is_striped);
+        let striped: Vec<_> = looks.iter().map(|look| look.is_striped).collect();
+        assert_eq!(striped, [false, false, false, false, false, false, false, true, true, false]);
+    }
+
+    #[test]
+    fn an_intention_of_the_built_in_teams_has_one_colour_in_all_matches() {
+        let looks = |words: &[&str]| word_looks(&words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>());
+        let [one, other] = [looks(&["attack", "", "own word"]), looks(&["own word", "support", "attack"])];
+        assert_eq!(one[0], other[2]);
+        assert_ne!(other[0], other[1]);
     }
 
     #[test]

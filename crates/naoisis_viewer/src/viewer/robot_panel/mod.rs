@@ -181,6 +181,8 @@ fn show_robot(
         let mut pins = Pins { robot: id, plots: &plots, fields: &fields, commands: &mut commands };
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.set_max_width(width);
+            // The percepts and images are those from before its penalty.
+            let is_off = robot.penalty.is_off_pitch();
             let cameras = section(ui, "Cameras", true, |ui| {
                 ui.horizontal(|ui| {
                     ui.spacing_mut().item_spacing.x = 4.0;
@@ -189,15 +191,13 @@ fn show_robot(
                     let width = ui.available_width();
                     let each = if names.len() == 1 { width } else { (width - 4.0) / names.len().max(2) as f32 };
                     for name in names {
-                        let image = pictures.show(ui, (id, name), Some(robot.percepts), each);
+                        let image = pictures.show(ui, (id, name), (!is_off).then_some(robot.percepts), each);
                         let hint = format!("{name}: click to look through it");
                         if image.on_hover_text(hint).clicked() {
                             actions.write(Action::View(ViewPreset::RobotCamera(name)));
                         }
                     }
                 });
-                // The percepts are those from before its penalty.
-                let is_off = robot.penalty.is_off_pitch();
                 let seen = if is_off {
                     "off the pitch: it sees nothing".to_owned()
                 } else {
@@ -222,6 +222,10 @@ fn show_robot(
                 Some(belief) => {
                     let error = sample.and_then(|sample| sample.error.as_ref());
                     lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)), &mut pins);
+                    if error.is_some() {
+                        let hint = "Errors are those at the time of its images, before it moved in this cycle.";
+                        ui.add(egui::Label::new(dim(hint).size(text_size::SMALL)).wrap());
+                    }
                 }
                 None => drop(ui.label(dim("This robot has no belief."))),
             });

@@ -129,7 +129,7 @@ fn colours(image: &Image) -> Vec<u8> {
 }
 
 impl Pictures {
-    /// Shows the image of a camera with this width, with its detections.
+    /// Shows the image of a camera with this width, with its detections. Without `percepts`, the robot sees nothing.
     pub fn show(
         &self,
         ui: &mut egui::Ui,
@@ -137,23 +137,22 @@ impl Pictures {
         percepts: Option<&Percepts>,
         width: f32,
     ) -> egui::Response {
-        let Some(picture) = self.0.get(&(id, side)) else {
+        let (Some(picture), Some(percepts)) = (self.0.get(&(id, side)), percepts) else {
             let (area, response) = ui.allocate_exact_size(egui::vec2(width, 0.75 * width), egui::Sense::click());
             ui.painter().rect_filled(area, 2.0, Color32::from_gray(40));
             let font = FontId::proportional(text_size::SMALL);
-            ui.painter().text(area.center(), Align2::CENTER_CENTER, "no image", font, Color32::GRAY);
+            let words = if percepts.is_some() { "no image" } else { "off the pitch" };
+            ui.painter().text(area.center(), Align2::CENTER_CENTER, words, font, Color32::GRAY);
             return response;
         };
         let scale = width / picture.size.x.max(1.0);
         let (area, response) = ui.allocate_exact_size(scale * picture.size, egui::Sense::click());
         let whole = Area::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
         ui.painter().image(picture.id, area, whole, Color32::WHITE);
-        if let Some(percepts) = percepts {
-            let painter = ui.painter().with_clip_rect(area);
-            draw_percepts(&painter, percepts, side, words_size(area.width()), |pixel| {
-                area.min + scale * egui::vec2(pixel.x, pixel.y)
-            });
-        }
+        let painter = ui.painter().with_clip_rect(area);
+        draw_percepts(&painter, percepts, side, words_size(area.width()), |pixel| {
+            area.min + scale * egui::vec2(pixel.x, pixel.y)
+        });
         response
     }
 }

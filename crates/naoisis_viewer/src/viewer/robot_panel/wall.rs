@@ -9,6 +9,7 @@ use crate::viewer::display_settings::Switch;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::shared::{Action, SelectionCommand};
 use crate::viewer::theme::{band, dim, text_size};
+use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::Percepts;
@@ -25,7 +26,7 @@ const SHAPE: f32 = 0.75;
 pub(super) fn show_wall(
     mut contexts: EguiContexts,
     roster: Res<Roster>,
-    robots: Query<(&Percepts, &CameraSettings)>,
+    robots: Query<(&Percepts, &CameraSettings, &Penalty)>,
     pictures: Res<Pictures>,
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
@@ -35,12 +36,13 @@ pub(super) fn show_wall(
         if title(ui, "Cameras") {
             actions.write(Action::Toggle(Switch::Cameras));
         }
-        let cameras = robots.iter().map(|(_, (_, settings))| settings.mounts.names().count()).max().unwrap_or(1);
+        let cameras = robots.iter().map(|(_, (_, settings, _))| settings.mounts.names().count()).max().unwrap_or(1);
         let (in_a_row, width) = arranged(robots.len(), cameras, ui.available_size());
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             Grid::new("cameras").spacing(GAPS).show(ui, |ui| {
                 for row in robots.chunks(in_a_row) {
-                    for (id, (percepts, settings)) in row {
+                    for (id, (percepts, settings, penalty)) in row {
+                        let percepts = (!penalty.is_off_pitch()).then_some(*percepts);
                         ui.vertical(|ui| {
                             ui.horizontal(|ui| {
                                 band(ui, id.team, egui::vec2(8.0, 12.0));
@@ -49,7 +51,7 @@ pub(super) fn show_wall(
                             ui.horizontal(|ui| {
                                 ui.spacing_mut().item_spacing.x = 2.0;
                                 for camera in settings.mounts.names() {
-                                    let image = pictures.show(ui, (*id, camera), Some(percepts), width);
+                                    let image = pictures.show(ui, (*id, camera), percepts, width);
                                     if image.on_hover_text("Select").clicked() {
                                         actions.write(Action::Select(SelectionCommand::Robot(*id)));
                                     }

@@ -59,7 +59,11 @@ impl Plugin for TeachPlugin {
             .add_systems(Update, tell_time.run_if(is_teaching).after(KeysSystems))
             .add_systems(
                 Update,
-                robots_world::leave.after(bookmarks::BookmarkSystems).after(SelectionSystems).after(CameraSystems),
+                (robots_world::tell_whose, robots_world::leave)
+                    .chain()
+                    .after(bookmarks::BookmarkSystems)
+                    .after(SelectionSystems)
+                    .after(CameraSystems),
             )
             .add_systems(
                 PostUpdate,

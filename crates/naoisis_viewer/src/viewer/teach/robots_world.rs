@@ -32,7 +32,26 @@ pub(super) fn apply(
             continue;
         };
         choices.write(SelectionCommand::Robot(whose));
-        notice.tell(format!("The world as {whose} believes it; Y: the truth"));
+        notice.tell(world_words(whose));
+    }
+}
+
+fn world_words(whose: RobotId) -> String {
+    format!("The world as {whose} believes it; Y: the truth")
+}
+
+/// Says whose world it is when another robot is selected.
+pub(super) fn tell_whose(
+    selection: Res<Selection>,
+    mut before: Local<Option<RobotId>>,
+    world: Res<RobotsWorld>,
+    mut notice: ResMut<Notice>,
+) {
+    let selected = selection.0;
+    if selected != core::mem::replace(&mut *before, selected)
+        && let Some(whose) = selected.filter(|_| world.0)
+    {
+        notice.tell(world_words(whose));
     }
 }
 
