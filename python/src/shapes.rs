@@ -47,6 +47,7 @@ pub struct Shape<'py> {
 #[pyo3(from_item_all)]
 pub struct ShapeExtras {
     pub set_plays: bool,
+    pub penalties: bool,
     pub messages: bool,
     pub tracked: bool,
     pub words: u8,
@@ -54,8 +55,8 @@ pub struct ShapeExtras {
 
 impl From<&ShapeExtras> for Extras {
     fn from(extras: &ShapeExtras) -> Self {
-        let &ShapeExtras { set_plays, messages, tracked, words } = extras;
-        Self { set_plays, messages, tracked, words }
+        let &ShapeExtras { set_plays, penalties, messages, tracked, words } = extras;
+        Self { set_plays, penalties, messages, tracked, words }
     }
 }
 

@@ -83,6 +83,16 @@ def test_a_set_play_is_observed_as_the_robot_was_told_of_it():
     assert times[-1] == pytest.approx(times[begin] - (499 - begin) * env._worlds.step_s, abs=0.1)
 
 
+def test_penalties_of_other_robots_are_observed_by_their_numbers():
+    penalty = {"at_s": 0.5, "do": {"penalise": {"robot": "pink2", "reason": "pushing", "duration_s": 0.5}}}
+    env = naoisis.MatchEnv("match3v3", control="blue1", extras=["penalties"], set={"interventions": [penalty]})
+    names = [f"{group}.penalised" for group in ("told_mate1", "told_mate2", "told_opponent1", "told_opponent2", "told_opponent3")]
+    assert env.observation_names[-5:] == names
+    observation, _ = env.reset(seed=1)
+    told = {tuple(env.step(np.zeros(8, np.float32))[0][-5:]) for _ in range(20)}
+    assert told == {(0, 0, 0, 0, 0), (0, 0, 0, 1, 0)}
+
+
 def test_robots_keep_their_places_while_they_are_followed():
     """The nearest opponent changes, and its place in the observation does not."""
     jumps = {}
@@ -361,7 +371,7 @@ def test_self_play_has_the_infos_of_its_team():
 @pytest.mark.parametrize(
     ("options", "exception", "words"),
     [
-        ({"extras": ["x"]}, ValueError, "extras: there is no 'x'; expected set_plays"),
+        ({"extras": ["x"]}, ValueError, "extras: there is no 'x'; expected set_plays, penalties, messages, tracked"),
         ({"extras": "messages"}, TypeError, "extras: expected a list"),
         ({"says": 9}, ValueError, "says: 9 is out of range"),
         ({"says": 1, "action": "discrete"}, ValueError, "says: an action `discrete` is one choice"),

@@ -150,6 +150,47 @@ impl JsonSchema for RobotId {
     }
 }
 
+/// Jersey numbers of robots of one team, from 1 to 63. In files, they are an array.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(from = "Vec<u8>", into = "Vec<u8>")]
+pub struct JerseyNumbers(u64);
+
+impl JerseyNumbers {
+    /// Adds a number. Numbers that no robot has, from 64, are left out.
+    pub fn insert(&mut self, number: u8) {
+        self.0 |= 1_u64.checked_shl(number.into()).unwrap_or(0);
+    }
+
+    /// Returns whether `number` is one of them.
+    pub fn contains(self, number: u8) -> bool {
+        self.0 & 1_u64.checked_shl(number.into()).unwrap_or(0) != 0
+    }
+
+    /// Returns whether there are none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Returns the numbers in their order.
+    pub fn iter(self) -> impl Iterator<Item = u8> {
+        (0..64).filter(move |number| self.contains(*number))
+    }
+}
+
+impl From<Vec<u8>> for JerseyNumbers {
+    fn from(list: Vec<u8>) -> Self {
+        let mut numbers = Self::default();
+        list.into_iter().for_each(|number| numbers.insert(number));
+        numbers
+    }
+}
+
+impl From<JerseyNumbers> for Vec<u8> {
+    fn from(numbers: JerseyNumbers) -> Self {
+        numbers.iter().collect()
+    }
+}
+
 /// A value for each team.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct PerTeam<T> {
@@ -198,5 +239,13 @@ mod tests {
         for wrong in ["blue0", "blue", "red1", "1", "blue256"] {
             assert!(wrong.parse::<RobotId>().is_err());
         }
+    }
+
+    #[test]
+    fn jersey_numbers_are_an_array_in_files() {
+        let numbers: JerseyNumbers = serde_json::from_str("[7, 2, 63, 64, 255]").unwrap();
+        assert_eq!(serde_json::to_string(&numbers).unwrap(), "[2,7,63]");
+        assert!(numbers.contains(7) && !numbers.contains(3) && !numbers.contains(64));
+        assert!(JerseyNumbers::default().is_empty() && !numbers.is_empty());
     }
 }

@@ -111,7 +111,7 @@ def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
     return fields
 
 
-EXTRAS = ("set_plays", "messages", "tracked")
+EXTRAS = ("set_plays", "penalties", "messages", "tracked")
 
 
 def extras_of(extras: Any, says: Any) -> dict[str, Any]:

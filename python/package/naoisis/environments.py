@@ -49,8 +49,8 @@ class MatchEnv(gymnasium.Env):
             the NAO V6, as in ``naoisis challenge``. Spaces are wide enough for each level, so that a reset can set another one.
         draws: Fields of the scenario that are drawn for each episode: a tuple of two numbers is a range, a list has the possible values, as in
             ``{"messages.loss": (0.0, 0.3), "messages.delay_cycles": range(1, 11)}``. Whole numbers need a list or a ``range``.
-        extras: What is observed besides: ``"set_plays"`` (set plays, drop balls and stops that the robot was told of), ``"messages"``
-            (the last message of each team-mate, in the order of their numbers), ``"tracked"`` (other robots keep their places in the
+        extras: What is observed besides: ``"set_plays"`` (set plays, drop balls and stops that the robot was told of), ``"penalties"``
+            (which other robots are penalised, in the order of their numbers), ``"messages"`` (the last message of each team-mate, in the order of their numbers), ``"tracked"`` (other robots keep their places in the
             observation while they are followed; otherwise the nearest is first).
         says: The number of words, 0 to 8, that a robot can say to its team-mates as a part of its action. Continuous actions have
             one more number for each, and one that sends them; others, except ``"discrete"``, have one more list of choices.

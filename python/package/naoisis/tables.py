@@ -22,7 +22,7 @@ KINDS = {
 
 
 EXTRAS = (
-    'With `extras=["set_plays", "messages"]` these numbers follow those of an observation. Positions are in the team frame, as team-mates send'
+    'With `extras=["set_plays", "penalties", "messages"]` these numbers follow those of an observation. Positions are in the team frame, as team-mates send'
     '\nthem. With `says=N`, messages have N words from -1 to 1, `message1.word1` and so on. With `"tracked"`, other robots keep their places'
     "\nin the observation while they are followed from step to step, instead of the order of their distance; the truth has the order of their numbers."
 )
@@ -53,7 +53,7 @@ def page() -> str:
         entries = env.observation_entries
         parts += ["", f"## Observation `{kind}`: {len(entries)} numbers", "", says, "", *table(entries)]
     plain = len(MatchEnv("TwoOnTwo").observation_entries)
-    entries = MatchEnv("TwoOnTwo", extras=["set_plays", "messages"]).observation_entries[plain:]
+    entries = MatchEnv("TwoOnTwo", extras=["set_plays", "penalties", "messages"]).observation_entries[plain:]
     parts += ["", f"## Extras: {len(entries)} numbers", "", EXTRAS, "", *table(entries)]
     entries = MatchEnv("TwoOnTwo").state_entries
     parts += ["", f"## State: {len(entries)} numbers", "", STATE, "", *table(entries)]

@@ -13,6 +13,9 @@ pub struct Extras {
     /// Whether set plays, drop balls and stops are observed, as the robot was told of them.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     pub set_plays: bool,
+    /// Whether the penalties of the other robots are observed, as the robot was told of them.
+    #[serde(skip_serializing_if = "core::ops::Not::not")]
+    pub penalties: bool,
     /// Whether the last message of each team-mate is observed.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     pub messages: bool,

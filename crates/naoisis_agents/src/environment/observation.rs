@@ -90,6 +90,9 @@ fn observe_into(
     if extras.set_plays {
         put_set_play(sink, &status, id.team);
     }
+    if extras.penalties {
+        put_penalties(sink, &status, roster, id, others);
+    }
     if extras.messages {
         put_messages(sink, &memory.heard, world, id, others.team_mates, extras.words);
     }
@@ -347,6 +350,20 @@ fn put_game(sink: &mut impl Sink, status: &GameStatus, body: BodyStatus, team: T
         ("getting_up", BodyStatus::GettingUp),
     ] {
         own.flag(name, "1 while the body does this; all 0 while it stands", body == state);
+    }
+}
+
+/// Puts whether the other robots are penalised, in the order of their numbers.
+fn put_penalties(sink: &mut impl Sink, status: &GameStatus, roster: &Roster, id: RobotId, others: Others) {
+    for (group, team, count) in
+        [("told_mate", id.team, others.team_mates), ("told_opponent", id.team.opponent(), others.opponents)]
+    {
+        let mut of_team = roster.iter().map(|(other, _)| other).filter(|other| other.team == team && *other != id);
+        for number in 1..=count {
+            let is_penalised = |other: RobotId| status.penalised_numbers[team].contains(other.number);
+            let flag = of_team.next().is_some_and(is_penalised);
+            Group::new(sink, group, number).flag("penalised", "1 while this robot, by number, is penalised", flag);
+        }
     }
 }
 

@@ -19,7 +19,7 @@ use crate::events::MatchEvent;
 use crate::game::{Game, GameState, PenaltyReason, Rules, Score, SetPlay, SetPlayKind};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::team::Team;
+use crate::team::{JerseyNumbers, PerTeam, Team};
 
 /// A robot's information about the game at the start of a cycle, as from a GameController (2010 rule book, section 3.2). It is a sensor:
 /// every robot has its own, and behaviours read nothing else of the game. All information except penalties, placements and whistles may be
@@ -65,6 +65,10 @@ pub struct GameStatus {
     pub penalised: bool,
     /// The offence, if the robot is penalised.
     pub penalty: Option<PenaltyReason>,
+    /// The jersey numbers of the penalised robots of both teams, this robot's own included.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "are_empty")]
+    pub penalised_numbers: PerTeam<JerseyNumbers>,
     /// Number of times that this robot was placed for a restart. When the number changes, the robot has been placed at its kick-off
     /// position in its team's formation or, if the rules say `walk_in`, beside the pitch.
     pub restarts: u32,
@@ -76,6 +80,10 @@ pub struct GameStatus {
     pub whistles: u32,
     /// Number of times that the referee has raised its arms for the first `ready` of a half. Robots see it at once.
     pub ready_signals: u32,
+}
+
+fn are_empty(numbers: &PerTeam<JerseyNumbers>) -> bool {
+    *numbers == PerTeam::default()
 }
 
 /// The robots' information about a set play.

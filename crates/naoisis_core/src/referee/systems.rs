@@ -31,7 +31,7 @@ use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::posture::Posture;
 use crate::robot::request::RequestCommand;
 use crate::robot::{PreviousPose, Roster, Velocity};
-use crate::team::{PerTeam, RobotId, Team};
+use crate::team::{JerseyNumbers, PerTeam, RobotId, Team};
 
 /// Begins the match in the first cycle, before robots sense and act: robots may walk to their positions, or the ball comes into play.
 pub(super) fn begin_match(
@@ -299,6 +299,10 @@ pub(super) fn update_status(
     };
     // The GameController does not send the time of the whistle.
     let secondary = announced.secondary_cycles_left(&rules, &clock).filter(|_| announced.state != GameState::Set);
+    let mut penalised_numbers = PerTeam::<JerseyNumbers>::default();
+    for (id, penalty, ..) in robots.iter().filter(|(_, penalty, ..)| penalty.is_active()) {
+        penalised_numbers[id.team].insert(id.number);
+    }
     for (id, penalty, own_limits, whistles, mut status) in &mut robots {
         let record = memory.record(*id);
         *status = GameStatus {
@@ -319,6 +323,7 @@ pub(super) fn update_status(
             stopped: game.stop.is_some(),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),
+            penalised_numbers,
             restarts: record.map_or(0, |record| record.restarts),
             hand_placements: record.map_or(0, |record| record.hand_placements),
             whistles: whistles.heard(),
