@@ -11,8 +11,7 @@ use naoisis::scenario::LIBRARY;
 use naoisis::simulation::play_in_order;
 use std::sync::atomic::AtomicBool;
 
-use crate::determinism::trace_of;
-use crate::support::headless_app;
+use crate::support::{begin_trace, headless_app};
 
 const RECORDED: &str = include_str!("../golden/digests.txt");
 const SEEDS: [u64; 3] = [1, 2, 3];
@@ -61,17 +60,19 @@ fn digest_line(scenario: &Scenario) -> String {
     };
     let duration_s = scenario.duration_s.map_or(longest_s, |duration_s| f64::from(duration_s).min(longest_s));
     let cycles = (duration_s / scenario.cycle_s).round() as usize;
-    let trace = trace_of(scenario, cycles);
+    let (trace, truth) = trace_and_truth_of(scenario, cycles);
     let mut digest = Digest::default();
     digest.add(&trace);
     let lines = trace.iter().filter(|byte| **byte == b'\n').count();
-    format!("{} {} {lines} {:016x} {:016x}", scenario.name, scenario.seed, digest.0, truth_of(scenario, cycles).0)
+    assert_eq!(lines, cycles + 2);
+    format!("{} {} {lines} {:016x} {:016x}", scenario.name, scenario.seed, digest.0, truth.0)
 }
 
-/// What is true after each cycle: where everything is and how it moves, and the score.
-fn truth_of(scenario: &Scenario, cycles: usize) -> Digest {
+/// The trace, and what is true after each cycle: where everything is and how it moves, and the score.
+fn trace_and_truth_of(scenario: &Scenario, cycles: usize) -> (Vec<u8>, Digest) {
     let mut app = headless_app();
     app.start_match(scenario).unwrap();
+    let trace = begin_trace(&mut app);
     let mut robots = app.world_mut().query::<(&RobotId, &Pose, &HeadAngles)>();
     let mut digest = Digest::default();
     for _ in 0..cycles {
@@ -87,7 +88,8 @@ fn truth_of(scenario: &Scenario, cycles: usize) -> Digest {
         let score = app.game().score;
         digest.add(&[score.blue, score.pink].map(u32::to_le_bytes).concat());
     }
-    digest
+    drop(app);
+    (trace.written(), digest)
 }
 
 /// The 64 bits of Fowler, Noll and Vo's hash, FNV-1a.

@@ -14,7 +14,6 @@ use crate::support::{blue, headless_app, naoisis, text};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/policies");
 const SCORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/policies/score_empty_goal.onnx");
-const STRIKER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/policies/striker.onnx");
 
 #[test]
 fn networks_answer_as_in_onnx_runtime() {
@@ -70,16 +69,6 @@ fn result(folder: &Path, task: &[&str], player: [&str; 2]) -> Value {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let results: Value = serde_json::from_slice(&fs::read(folder.join("results.json")).unwrap()).unwrap();
     results["results"][0].clone()
-}
-
-#[test]
-fn the_striker_that_learned_beats_the_one_by_hand() {
-    let folder = tempfile::tempdir().unwrap();
-    let task = ["ScoreAgainstKeeper", "--realism", "realistic", "--episodes", "100"];
-    let successes = |player| result(folder.path(), &task, player)["rate"]["successes"].as_u64().unwrap();
-    let [learned, by_hand] = [["--policy", STRIKER], ["--behaviour", "striker"]].map(successes);
-    // Their success rates are 57 and 41 %: fewer than 45 and more than 55 of 100 have probabilities below 1 %.
-    assert!(learned >= 45 && by_hand <= 55 && learned > by_hand, "{learned} and {by_hand} of 100");
 }
 
 #[test]
