@@ -11,6 +11,7 @@ mod pictures;
 mod pins;
 mod unrecognised;
 mod wall;
+mod why;
 mod wording;
 
 use super::camera_images::{CameraImagesSystems, Watched};
@@ -50,6 +51,7 @@ use naoisis_sim::interface::gather::CurrentRecord;
 use naoisis_sim::scenario::{BehaviourSpec, Scenario};
 use pictures::Pictures;
 use pins::Pins;
+use why::{show_kick, show_reasons};
 
 /// The panel.
 const DOCK: Dock = Dock { name: "robot", edge: Edge::Left, size: 350.0, least: 220.0, most_share: 0.4 };
@@ -181,32 +183,12 @@ fn show_robot(
         let mut pins = Pins { robot: id, plots: &plots, fields: &fields, commands: &mut commands };
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.set_max_width(width);
-            // The percepts and images are those from before its penalty.
-            let is_off = robot.penalty.is_off_pitch();
+            let there = Objects::there(balls.iter().count(), &pitch, &roster);
             let cameras = section(ui, "Cameras", true, |ui| {
-                ui.horizontal(|ui| {
-                    ui.spacing_mut().item_spacing.x = 4.0;
-                    let names: Vec<CameraName> = robot.cameras.mounts.names().collect();
-                    // The section is narrower than the panel.
-                    let width = ui.available_width();
-                    let each = if names.len() == 1 { width } else { (width - 4.0) / names.len().max(2) as f32 };
-                    for name in names {
-                        let image = pictures.show(ui, (id, name), (!is_off).then_some(robot.percepts), each);
-                        let hint = format!("{name}: click to look through it");
-                        if image.on_hover_text(hint).clicked() {
-                            actions.write(Action::View(ViewPreset::RobotCamera(name)));
-                        }
-                    }
-                });
-                let seen = if is_off {
-                    "off the pitch: it sees nothing".to_owned()
-                } else {
-                    let there = Objects::there(balls.iter().count(), &pitch, &roster);
-                    let missed = missed.0.as_deref().unwrap_or_default();
-                    wording::percepts(robot.percepts, Objects::false_ones(robot.percepts, missed, there))
-                };
-                ui.label(dim(seen).size(text_size::SMALL));
-                if clock.cycle > 0 && !is_off {
+                if let Some(camera) = show_cameras(ui, id, &robot, &pictures, &missed, there) {
+                    actions.write(Action::View(ViewPreset::RobotCamera(camera)));
+                }
+                if clock.cycle > 0 && !robot.penalty.is_off_pitch() {
                     unrecognised::show(ui, &missed.0, game.own_end(id.team), playback.paused);
                 }
             });
@@ -317,6 +299,39 @@ fn show_head(
     ui.label(dim(format!("{}   {}", wording::pose(*robot.pose), condition)).size(text_size::ENTRY));
 }
 
+/// Shows the images of the robot's cameras and what was recognised in them. Returns the camera that was clicked.
+fn show_cameras(
+    ui: &mut egui::Ui,
+    id: RobotId,
+    robot: &ShownRobotItem,
+    pictures: &Pictures,
+    missed: &ShownUnrecognised,
+    there: Objects,
+) -> Option<CameraName> {
+    // The percepts and images are those from before its penalty.
+    let percepts = (!robot.penalty.is_off_pitch()).then_some(robot.percepts);
+    let mut clicked = None;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let names: Vec<CameraName> = robot.cameras.mounts.names().collect();
+        // The section is narrower than the panel.
+        let width = ui.available_width();
+        let each = if names.len() == 1 { width } else { (width - 4.0) / names.len().max(2) as f32 };
+        for name in names {
+            let image = pictures.show(ui, (id, name), percepts, each);
+            if image.on_hover_text(format!("{name}: click to look through it")).clicked() {
+                clicked = Some(name);
+            }
+        }
+    });
+    let seen = percepts.map_or("off the pitch: it sees nothing".to_owned(), |percepts| {
+        let missed = missed.0.as_deref().unwrap_or_default();
+        wording::percepts(percepts, Objects::false_ones(percepts, missed, there))
+    });
+    ui.label(dim(seen).size(text_size::SMALL));
+    clicked
+}
+
 fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotRecord>, pins: &mut Pins) {
     let mut senses = vec![
         ("Sonar", wording::sonar(*robot.sonar, robot.sonar_settings.fitted)),
@@ -346,69 +361,6 @@ fn show_messages(
         let text = format!("{}, {age} ago: {}", message.from, wording::message(&message.say));
         ui.add(egui::Label::new(RichText::new(text).size(text_size::ENTRY)).wrap());
     }
-}
-
-/// Shows the options of the behaviour, each with a bar for its value; the chosen one is bold.
-fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_past, is_penalised): (u64, bool, bool)) {
-    /// The width of the longest bar, logical pixels.
-    const BAR: f32 = 70.0;
-
-    let reasons = state.0.as_ref().ok().and_then(|state| state.reasons.as_ref());
-    let Some(reasons) = reasons else {
-        let words = match (&state.0, is_past) {
-            _ if cycle == 0 => "The match has not begun: its behaviour has not decided yet.",
-            (Err(why), _) => why,
-            _ if is_penalised => "There are no options while it is penalised.",
-            (Ok(_), true) => "Its behaviour does not record its options.",
-            (Ok(_), false) => "Options are known for moments of the past: go one cycle back (Left).",
-        };
-        ui.add(egui::Label::new(dim(words).size(text_size::SMALL)).wrap());
-        return;
-    };
-    let values: Vec<f32> = reasons.options.iter().map(|option| option.value).collect();
-    Grid::new("reasons").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
-        for (index, option) in reasons.options.iter().enumerate() {
-            let is_chosen = reasons.chosen == Some(index);
-            let name = RichText::new(option.name.as_ref()).size(text_size::ENTRY);
-            ui.label(if is_chosen { name.strong() } else { name.weak() });
-            let (area, response) = ui.allocate_exact_size(egui::vec2(BAR, 9.0), egui::Sense::hover());
-            let length = bar_length(option.value, &values) * BAR;
-            let bar = egui::Rect::from_min_size(area.min, egui::vec2(length, area.height()));
-            let visuals = ui.visuals();
-            let colour = if is_chosen { visuals.strong_text_color() } else { visuals.weak_text_color() };
-            ui.painter().rect_filled(bar, 1.0, colour);
-            response.on_hover_text(format!("{:.2}", option.value));
-            ui.add(egui::Label::new(dim(option.why.as_ref()).size(text_size::SMALL)).wrap());
-            ui.end_row();
-        }
-    });
-}
-
-/// Shows the last kick with buttons to its cycles. Returns the cycle that was clicked.
-fn show_kick(ui: &mut egui::Ui, kick: &last_kick::LastKick, clock: &CycleClock) -> Option<u64> {
-    let ago_s = clock.cycle.saturating_sub(kick.cycle) as f64 * clock.period_s;
-    let when = if ago_s > 0.0 { format!("Last kick, {ago_s:.1} s ago") } else { "Kicks now".to_owned() };
-    let words = RichText::new(format!("{when}: {}", kick.words)).size(text_size::ENTRY);
-    ui.add(egui::Label::new(words).wrap());
-    let places = [("Go to the decision", kick.decided), ("Go to the kick", Some(kick.cycle))];
-    let places = places.into_iter().filter_map(|(name, cycle)| cycle.map(|cycle| (name, cycle)));
-    let button = |ui: &mut egui::Ui, name: &str, cycle: u64| {
-        let button = ui.add_enabled(cycle != clock.cycle, egui::Button::new(name).small());
-        button.on_disabled_hover_text("This is the moment that is shown").clicked().then_some(cycle)
-    };
-    ui.horizontal(|ui| places.filter_map(|(name, cycle)| button(ui, name, cycle)).last()).inner
-}
-
-/// The length of the bar of an option with this value, 0 to 1: from zero or, if some values are negative, from slightly
-/// below the least, so that each option has a bar.
-fn bar_length(value: f32, all: &[f32]) -> f32 {
-    let finite = all.iter().copied().filter(|value| value.is_finite());
-    let (least, most) = finite.fold((f32::MAX, f32::MIN), |(least, most), value| (least.min(value), most.max(value)));
-    let from = if least < 0.0 { least - 0.1 * (most - least) } else { 0.0 };
-    if most <= from {
-        return 1.0;
-    }
-    ((value - from) / (most - from)).clamp(0.0, 1.0)
 }
 
 fn show_state(ui: &mut egui::Ui, state: &ShownState, pins: &mut Pins) {
@@ -442,22 +394,5 @@ fn behaviour_in(scenario: &Scenario, id: RobotId) -> Option<&str> {
     match &scenario.robots.iter().find(|robot| robot.id() == id)?.behaviour {
         BehaviourSpec::Named(name) => Some(name),
         _ => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_option_has_a_bar_and_the_best_the_longest() {
-        let of = |values: &[f32]| values.iter().map(|value| bar_length(*value, values)).collect::<Vec<_>>();
-        assert_eq!(of(&[1.0, 4.0]), [0.25, 1.0]);
-        // Costs: the more expensive option is worse, but still has a bar.
-        let bars = of(&[-1.2, -6.5]);
-        assert!(bars[0] == 1.0 && (0.05..0.2).contains(&bars[1]), "{bars:?}");
-        assert_eq!(of(&[-2.0, -2.0]), [1.0, 1.0]);
-        assert_eq!(of(&[0.0, 3.0])[0], 0.0, "what is worth nothing has none");
-        assert_eq!(bar_length(f32::NEG_INFINITY, &[f32::NEG_INFINITY, 1.0]), 0.0);
     }
 }
