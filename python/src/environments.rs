@@ -6,8 +6,8 @@ use naoisis::environment::challenge::CHALLENGES;
 use naoisis::environment::counts::BeginCounter;
 use naoisis::environment::reward::REWARDS;
 use naoisis::environment::{
-    self, ActionKind, ActionSpace, Arrays, Challenge, EnvironmentError, EnvironmentSettings, Extras, ObservationEntry,
-    ObservationForm, ObservationKind, RewardWeights, SavedWorld, StartError, action, action_space,
+    self, ActionKind, ActionSpace, Arrays, Challenge, EnvironmentError, EnvironmentSettings, ObservationEntry,
+    ObservationKind, RewardWeights, SavedWorld, StartError, action, action_space,
 };
 use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::record::match_counts::begin_episode;
@@ -21,7 +21,7 @@ use pyo3::types::PyBytes;
 use std::sync::{Arc, Mutex, TryLockError};
 
 use crate::errors::{match_error, of_snapshot, scenario_error, snapshot_error};
-use crate::shapes::{Shape, auto_reset_of, camera_of, observed_kind, ranges_of_levels, with_images, word};
+use crate::shapes::{Shape, auto_reset_of, camera_of, observed, ranges_of_levels, with_images, word};
 use crate::simulator::{self, Made};
 use crate::starts::{Changes, Origin, Starts, draws_of, scenario_of};
 use crate::steps::{Filled, slice, step, written};
@@ -123,7 +123,7 @@ impl Environments {
     fn new(py: Python<'_>, made: Made<'_>, shape: Shape<'_>) -> PyResult<Self> {
         let (file, challenge) = scenario_of(py, &made, made.realism.as_deref())?;
         let sees_images = shape.observation == "image";
-        let observation = observed_kind(&shape)?;
+        let form = observed(&shape)?;
         let action: ActionKind =
             word(&shape.action, "action", "'continuous', 'multi_discrete', 'discrete' or 'velocities'")?;
         ActionSpace::new(action, shape.extras.words)
@@ -148,8 +148,6 @@ impl Environments {
         for realism in &shape.realisms {
             levels.push(prepared(scenario_of(py, &made, Some(realism))?.0)?);
         }
-        let extras = Extras::from(&shape.extras);
-        let form = ObservationForm { kind: observation, extras };
         let draws = draws_of(&shape.draws)?;
         let origin = Origin::new(py, levels, &shape.others, draws, words, situation, form)?;
         let Starts { start, control, entries: ranges } = origin.start(py)?;
@@ -174,10 +172,9 @@ impl Environments {
             start: Arc::new(start),
             control,
             end,
-            observation,
-            extras,
+            observed: form,
             camera,
-            blind: observation == ObservationKind::Truth && !reads_senses,
+            blind: form.kind == ObservationKind::Truth && !reads_senses,
             action,
             cycles_per_step: cycles.unwrap_or(3),
             reward,

@@ -1,7 +1,7 @@
 //! How environments are made: their options, the camera of their images, and the ranges of what they observe.
 
 use naoisis::camera_model::{CameraName, NotACameraName};
-use naoisis::environment::{AutoReset, Extras, ObservationEntry, ObservationKind};
+use naoisis::environment::{AutoReset, Extras, ObservationEntry, ObservationForm, ObservationKind, Others};
 use naoisis::scenario::{Realism, ScenarioFile, Setting};
 use naoisis::sensing::camera::CameraRendering;
 use naoisis::team::RobotId;
@@ -33,6 +33,8 @@ pub struct Shape<'py> {
     /// The fields of the scenario that are drawn for each episode.
     pub draws: Vec<DrawnField<'py>>,
     pub extras: ShapeExtras,
+    /// The number of team-mates and of opponents in an observation, if it is not that of the match.
+    pub observed_robots: Option<[u8; 2]>,
     /// Whether episodes are counted.
     pub statistics: bool,
     /// Whether a function of the truth, with what robots perceive, is the reward.
@@ -66,12 +68,14 @@ pub fn word<T: DeserializeOwned>(word: &str, name: &str, expected: &str) -> PyRe
         .map_err(|_| PyValueError::new_err(format!("{name}: there is no {word:?}; expected {expected}")))
 }
 
-/// The kind of the numbers that are observed.
-pub fn observed_kind(shape: &Shape<'_>) -> PyResult<ObservationKind> {
-    match shape.observation.as_str() {
-        "image" => Ok(ObservationKind::Body),
-        other => word(other, "observation", "'perception', 'belief', 'truth' or 'image'"),
-    }
+/// The numbers that are observed.
+pub fn observed(shape: &Shape<'_>) -> PyResult<ObservationForm> {
+    let kind = match shape.observation.as_str() {
+        "image" => ObservationKind::Body,
+        other => word(other, "observation", "'perception', 'belief', 'truth' or 'image'")?,
+    };
+    let others = shape.observed_robots.map(|[team_mates, opponents]| Others { team_mates, opponents });
+    Ok(ObservationForm { kind, extras: Extras::from(&shape.extras), others })
 }
 
 pub fn auto_reset_of(word: &str) -> PyResult<AutoReset> {

@@ -14,11 +14,11 @@ from naoisis import _naoisis, _statistics
 POLICIES = Path(__file__).parents[2] / "assets/policies"
 
 
-def likeliest(folder):
+def likeliest(folder, name="score_empty_goal"):
     """Returns a copy of a policy that draws nothing: draws in Python are not those of the match."""
     file = folder / "policy.onnx"
-    shutil.copy(POLICIES / "score_empty_goal.onnx", file)
-    layout = json.loads((POLICIES / "score_empty_goal.json").read_text())
+    shutil.copy(POLICIES / f"{name}.onnx", file)
+    layout = json.loads((POLICIES / f"{name}.json").read_text())
     file.with_suffix(".json").write_text(json.dumps({**layout, "choice": "likeliest"}))
     return file
 
@@ -44,6 +44,30 @@ def test_every_episode_is_that_of_the_command_line(tmp_path, task, realism):
         assert row["seconds"] == pytest.approx(episode["time_s"], abs=1e-4)
 
 
+@pytest.mark.parametrize(("name", "task"), [("learned", "TwoOnTwo"), ("striker", "PassAndScore")])
+def test_a_policy_plays_with_other_numbers_of_robots_as_in_the_command_line(tmp_path, name, task):
+    policy = likeliest(tmp_path, name)
+    result = measured(tmp_path, task, "--policy", str(policy), "--episodes", "4", "--realism", "realistic")
+    found = naoisis.evaluate(policy, task, 4, realism="realistic")
+    assert found.table["success"].tolist() == [episode["is_success"] for episode in result["episodes"]]
+    assert found.table["seconds"] == pytest.approx([episode["time_s"] for episode in result["episodes"]], abs=1e-4)
+
+
+@pytest.mark.parametrize("observation", ["perception", "belief", "truth"])
+def test_an_observation_has_as_many_robots_as_are_wanted(observation):
+    env = naoisis.MatchEnv("match3v3", control="blue2", observation=observation, observed_robots=(3, 1))
+    groups = {name.split(".")[0] for name in env.observation_names}
+    assert {"team_mate1", "team_mate3", "opponent1"} <= groups and not groups & {"team_mate4", "opponent2"}
+    observation, _ = env.reset(seed=1)
+    assert env.observation_space.contains(observation)
+    # There are two team-mates.
+    assert not observation[[index for index, name in enumerate(env.observation_names) if name.startswith("team_mate3.")]].any()
+    with pytest.raises(ValueError, match="observed_robots: -1 is out of range; expected 0 to 63"):
+        naoisis.MatchEnv("match3v3", control="blue2", observed_robots=(-1, 1))
+    with pytest.raises(TypeError, match="observed_robots: expected the numbers of team-mates and of opponents, not 3"):
+        naoisis.MatchEnv("match3v3", control="blue2", observed_robots=3)
+
+
 @pytest.mark.parametrize("task", ["TwoOnTwo", "FirstGoal"])
 def test_teams_are_controlled_as_in_the_command_line(tmp_path, task):
     result = measured(tmp_path, task, "--behaviour", "ahead", "--episodes", "4")
@@ -52,8 +76,9 @@ def test_teams_are_controlled_as_in_the_command_line(tmp_path, task):
     assert found.table["seconds"] == pytest.approx([episode["time_s"] for episode in result["episodes"]], abs=1e-4)
 
 
-def test_results_depend_on_seeds_and_not_on_worlds(tmp_path):
-    policy = likeliest(tmp_path)
+@pytest.mark.parametrize("draws", [False, True])
+def test_results_depend_on_seeds_and_not_on_worlds(tmp_path, draws):
+    policy = naoisis.Policy(POLICIES / "score_empty_goal.onnx" if draws else likeliest(tmp_path), seed=3)
     one, other = (naoisis.evaluate(policy, episodes=7, seed=0, num_envs=worlds) for worlds in (3, 7))
     assert all(np.array_equal(one.table[name], other.table[name]) for name in one.table)
     assert one.table["seed"].tolist() == list(range(7))

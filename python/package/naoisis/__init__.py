@@ -103,7 +103,7 @@ def parallel_env(
         scenario: A task's name (:func:`tasks`), or a scenario as of :class:`Match`.
         control: A team, ``"blue"``, or robots, such as ``["blue1", "pink2"]`` [default: the task's].
         opponents: The name of the other team, if the scenario has teams; from a list of names one is drawn for each episode.
-        observation, action, reward, cycles_per_step, set, realism, draws, extras, says, statistics, camera, image_size, render_mode: As of :class:`MatchEnv`.
+        observation, action, reward, cycles_per_step, set, realism, draws, extras, observed_robots, says, statistics, camera, image_size, render_mode: As of :class:`MatchEnv`.
     """
     from naoisis import parallel
 

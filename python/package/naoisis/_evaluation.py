@@ -90,12 +90,11 @@ def evaluate(
     >>> naoisis.evaluate(lambda seen: model.predict(seen, deterministic=True)[0], "ScoreEmptyGoal", observation="belief")
 
     It plays exactly the episodes with the seeds from ``seed`` on, each to its end. They start as those of ``naoisis challenge`` with
-    the same seeds, and as those of environments that are reset with them. The result does not depend on ``num_envs`` and ``threads``, unless a policy
-    draws its choices: it has one sequence of random numbers for all robots.
+    the same seeds, and as those of environments that are reset with them. The result does not depend on ``num_envs`` and ``threads``: a
+    :class:`naoisis.Policy` that draws its choices has random numbers of its own for each robot of an episode.
 
     Args:
-        policy: An ONNX file or a :class:`naoisis.Policy`, which is played with its own observation, action and cycles per step, in a match with as
-            many robots as it was made for (``naoisis challenge --policy`` plays it with others, too); or a function
+        policy: An ONNX file or a :class:`naoisis.Policy`, which is played with its own observation, action and cycles per step; or a function
             of the observations of some robots, one row each, to their actions. The robots differ from step to step, so a policy with a
             memory has to be a :class:`naoisis.Policy`, or an object that has no ``__call__``, but the method ``act`` of one.
         task: A task's name (:func:`naoisis.tasks`), or a scenario as of :class:`naoisis.Match`.

@@ -111,6 +111,15 @@ def draws_of(draws: Any) -> list[tuple[str, bool, list[Any]]]:
     return fields
 
 
+def robots_of(numbers: Any) -> list[int] | None:
+    """The numbers of team-mates and of opponents in an observation."""
+    if numbers is None:
+        return None
+    if not isinstance(numbers, Sequence) or len(numbers) != 2:
+        raise TypeError(f"observed_robots: expected the numbers of team-mates and of opponents, not {numbers!r}")
+    return [count_of(number, "observed_robots", least=0, most=63) for number in numbers]
+
+
 EXTRAS = ("set_plays", "penalties", "messages", "tracked")
 
 

@@ -46,8 +46,10 @@ def layout_of(policy: Any) -> dict[str, Any]:
         return {}
     extras = dict(policy.layout.get("extras", {}))
     words = extras.pop("words", 0)
+    robots = [policy.layout[name] for name in ("team_mates", "opponents") if name in policy.layout]
     return {
         **{name: policy.layout[name] for name in ("observation", "action", "cycles_per_step")},
+        **({"observed_robots": tuple(robots)} if robots else {}),
         "extras": [name for name, is_there in extras.items() if is_there],
         "says": words,
     }
@@ -61,11 +63,14 @@ class Player:
         # One that can be called has no memory of its own, unless it is of this package.
         self._remembers = isinstance(policy, Policy) or not callable(policy)
         self._states: dict[int, Any] = {}
+        self._randoms: dict[int, np.random.Generator] = {}
 
-    def forget(self, rows: Sequence[int]) -> None:
-        """Begins an episode of these rows."""
-        for row in rows:
+    def begin(self, rows: Sequence[int], seed: int) -> None:
+        """Begins the episode with this seed in these rows, which are the robots of a world."""
+        for robot, row in enumerate(rows):
             self._states.pop(row, None)
+            if isinstance(self._policy, Policy):
+                self._randoms[row] = self._policy.random_of(seed, robot)
 
     def act(self, observations: Any, rows: np.ndarray, actions: np.ndarray) -> None:
         """Fills in the actions of these rows of robots."""
@@ -75,7 +80,8 @@ class Player:
         else:
             seen = observations[rows]
         if self._remembers:
-            answer, states = self._policy.act(seen, [self._states.get(row, []) for row in rows.tolist()])
+            randoms = [[self._randoms[row] for row in rows.tolist()]] if self._randoms else []
+            answer, states = self._policy.act(seen, [self._states.get(row, []) for row in rows.tolist()], *randoms)
             self._states.update(zip(rows.tolist(), states))
         else:
             answer = self._policy(seen)
@@ -134,12 +140,12 @@ def play(worlds: Worlds, players: Sequence[Player], first_seed: int, episodes: i
         mask = np.zeros(worlds.worlds, bool)
         mask[world] = True
         # The first world gets the seed, and each further one the next.
-        seed = (first_seed + min(next_one, episodes - 1) - world) % (LARGEST_SEED + 1)
-        worlds.reset(seed, arrays, None, mask)
+        seed = first_seed + min(next_one, episodes - 1)
+        worlds.reset((seed - world) % (LARGEST_SEED + 1), arrays, None, mask)
         next_one += 1
         rows = range(world * agents, (world + 1) * agents)
         for player, _ in of_players.values():
-            player.forget(rows)
+            player.begin(rows, seed)
 
     for world in range(worlds.worlds):
         begin(world)

@@ -45,7 +45,7 @@ class Policy:
     def __init__(self, path: str | os.PathLike[str], seed: int = 0):
         self._path = os.fspath(path)
         self._inner = _naoisis.Policy(path)
-        self._random = np.random.default_rng(seed)
+        self._seed, self._random = seed, np.random.default_rng(seed)
         self._states: list[list[list[float]]] = []
         self.layout = self._inner.layout()
 
@@ -89,17 +89,27 @@ class Policy:
         """The action for an observation, or one for each row of observations, as the environments take them."""
         return self._actions(self.scores(observation))
 
-    def act(self, observations: Any, states: list[list[list[float]]]) -> tuple[np.ndarray, list[list[list[float]]]]:
+    def act(
+        self,
+        observations: Any,
+        states: list[list[list[float]]],
+        randoms: Sequence[np.random.Generator] | None = None,
+    ) -> tuple[np.ndarray, list[list[list[float]]]]:
         """Returns the actions of several robots, and their recurrent states after them.
 
         Args:
             observations: One row for each robot.
             states: The state of each robot after its last action; empty at the start of an episode, and for policies without a state.
+            randoms: The random numbers of each robot, for a policy that draws its choices [default: those of the policy for all robots].
         """
         outputs, states = self._outputs(np.asarray(observations, np.float32), states)
-        return self._actions(outputs), states
+        return self._actions(outputs, randoms), states
 
-    def _actions(self, scores: np.ndarray) -> np.ndarray:
+    def random_of(self, episode: int, robot: int) -> np.random.Generator:
+        """Returns the random numbers of a robot in the episode with this seed, for :meth:`act`. They depend on the policy's seed, too."""
+        return np.random.default_rng([self._seed, episode, robot])
+
+    def _actions(self, scores: np.ndarray, randoms: Sequence[np.random.Generator] | None = None) -> np.ndarray:
         counts, numbers, length = self._inner.choices(), self._inner.numbers(), scores.shape[-1]
         if length not in (numbers, sum(counts)):
             expected = f"{sum(counts)} scores, or {numbers} choices" if counts else f"{numbers} numbers"
@@ -112,13 +122,16 @@ class Policy:
             chosen = scores.astype(np.int64)
         else:
             lists = np.split(scores, np.cumsum(counts)[:-1], axis=-1)
-            chosen = np.stack([self._choose(scores) for scores in lists], axis=-1)
+            chosen = np.stack([self._choose(scores, randoms) for scores in lists], axis=-1)
         return chosen[..., 0] if self.layout["action"] == "discrete" else chosen
 
-    def _choose(self, scores: np.ndarray) -> np.ndarray:
+    def _choose(self, scores: np.ndarray, randoms: Sequence[np.random.Generator] | None) -> np.ndarray:
         if self._inner.draws():
             # The largest of scores with Gumbel noise is a draw from their softmax.
-            scores = scores + self._random.gumbel(size=scores.shape)
+            if randoms is None:
+                scores = scores + self._random.gumbel(size=scores.shape)
+            else:
+                scores = scores + [random.gumbel(size=scores.shape[-1]) for random in randoms]
         chosen: np.ndarray = np.argmax(scores, axis=-1)
         return chosen
 

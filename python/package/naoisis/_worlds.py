@@ -19,6 +19,7 @@ from naoisis._options import (
     draws_of,
     extras_of,
     opponents_of,
+    robots_of,
     weights_of,
     words_of,
 )
@@ -43,6 +44,7 @@ class CommonOptions(TypedDict, total=False):
     realism: str | Sequence[str] | None
     draws: Mapping[str, tuple[float, float] | list[Any] | range] | None
     extras: Sequence[str]
+    observed_robots: tuple[int, int] | None
     says: int
     statistics: bool
     camera: str | None
@@ -134,6 +136,7 @@ class Worlds:
                 "realisms": levels[1:],
                 "draws": draws,
                 "extras": extras_of(options.get("extras", ()), options.get("says", 0)),
+                "observed_robots": robots_of(options.get("observed_robots")),
                 "statistics": bool(options.get("statistics", False)),
                 "worlds": count,
                 "auto_reset": auto_reset,

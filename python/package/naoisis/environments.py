@@ -52,6 +52,8 @@ class MatchEnv(gymnasium.Env):
         extras: What is observed besides: ``"set_plays"`` (set plays, drop balls and stops that the robot was told of), ``"penalties"``
             (which other robots are penalised, in the order of their numbers), ``"messages"`` (the last message of each team-mate, in the order of their numbers), ``"tracked"`` (other robots keep their places in the
             observation while they are followed; otherwise the nearest is first).
+        observed_robots: The numbers of team-mates and of opponents in an observation: the nearest ones if the match has more, and unknown
+            ones if it has fewer, so that a policy plays in matches with any number of robots [default: those of the match].
         says: The number of words, 0 to 8, that a robot can say to its team-mates as a part of its action. Continuous actions have
             one more number for each, and one that sends them; others, except ``"discrete"``, have one more list of choices.
         statistics: Whether ``info["statistics"]`` at the end of an episode has the counts of both teams: goals, shots, kicks, passes, possession,

@@ -33,8 +33,7 @@ use super::action::ActionKind;
 pub use super::attempt_error::AttemptError;
 use super::challenge::{Challenge, ChallengeError, SuccessRate};
 use super::episode::{EnvironmentSettings, Episode, Start};
-use super::extras::Extras;
-use super::kind::ObservationKind;
+use super::kind::ObservationForm;
 pub use super::player::ChallengePlayer;
 use super::recorded_commands::{self, RecordedCommands, record_commands};
 use super::start_error::StartError;
@@ -227,8 +226,7 @@ pub(super) fn settings(
         }),
         control: challenge.control.clone(),
         end: challenge.end,
-        observation: ObservationKind::Perception,
-        extras: Extras::default(),
+        observed: ObservationForm::default(),
         camera: None,
         blind: false,
         action: ActionKind::Continuous,

@@ -56,7 +56,7 @@ impl Demonstrations {
             return Err(AttemptError::Outside(player.clone()));
         }
         let settings = settings(challenge, player, simulator().world())?;
-        let settings = EnvironmentSettings { observation, ..settings };
+        let settings = EnvironmentSettings { observed: observation.into(), ..settings };
         let mut episode = Episode::new(world(&simulator), 0);
         episode.begin(&settings)?;
         let entries =
@@ -212,8 +212,11 @@ mod tests {
         let (demonstrations, played) = demonstrations(&challenge, "striker", 1);
         let Ok(player) = "random".parse();
         let settings = settings(&challenge, &player, simulator().world()).unwrap();
-        let settings =
-            EnvironmentSettings { observation: ObservationKind::Belief, action: ActionKind::Continuous, ..settings };
+        let settings = EnvironmentSettings {
+            observed: ObservationKind::Belief.into(),
+            action: ActionKind::Continuous,
+            ..settings
+        };
         let mut episode = Episode::new(world(simulator), 0);
         for robot in &played {
             episode.seed(robot.seed);

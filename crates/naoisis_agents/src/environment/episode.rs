@@ -10,9 +10,8 @@ use super::action_space::ActionSpace;
 use super::counts::{BeginCounter, EndedEpisode, EpisodeCounter, EpisodeOrigin};
 use super::draws::DrawnScenarios;
 use super::ending::{Course, EndConditions, EpisodeProgress};
-use super::extras::Extras;
 use super::heard::with_words;
-use super::kind::{ObservationForm, ObservationKind, Others};
+use super::kind::{ObservationForm, ObservationKind};
 use super::memory::Memory;
 use super::observation::observe;
 use super::reward::{RewardWeights, Standing};
@@ -65,10 +64,8 @@ pub struct EnvironmentSettings {
     pub control: Vec<RobotId>,
     /// What ends episodes.
     pub end: EndConditions,
-    /// The kind of observations.
-    pub observation: ObservationKind,
-    /// What is observed besides, and what robots can say.
-    pub extras: Extras,
+    /// What is observed, and what robots can say.
+    pub observed: ObservationForm,
     /// The camera whose images are observed, if any.
     pub camera: Option<CameraName>,
     /// Whether the controlled robots have no vision and no sonar, because nothing reads them. Robots that see by camera images keep them.
@@ -84,14 +81,9 @@ pub struct EnvironmentSettings {
 }
 
 impl EnvironmentSettings {
-    /// The observation with its extras.
-    pub fn observed(&self) -> ObservationForm {
-        ObservationForm { kind: self.observation, extras: self.extras }
-    }
-
     /// The numbers of an action. Words for which an action has no place are left out.
     pub fn actions(&self) -> ActionSpace {
-        ActionSpace::new(self.action, self.extras.words).unwrap_or_else(|_| self.action.into())
+        ActionSpace::new(self.action, self.observed.extras.words).unwrap_or_else(|_| self.action.into())
     }
 }
 
@@ -208,7 +200,7 @@ impl Episode {
 
     /// Keeps the messages that arrived at the controlled robots in this cycle, if they are observed.
     fn listen(&mut self, settings: &EnvironmentSettings) {
-        if !settings.extras.messages {
+        if !settings.observed.extras.messages {
             return;
         }
         for (id, memory) in settings.control.iter().zip(&mut self.memories) {
@@ -220,7 +212,8 @@ impl Episode {
 
     /// Gives the controlled robots beliefs if they are needed, or takes their vision and their sonar away, and says that they have no behaviour.
     pub(super) fn set_senses(&mut self, settings: &EnvironmentSettings) {
-        let needs_belief = settings.observation == ObservationKind::Belief || settings.end.believed_within_m.is_some();
+        let needs_belief =
+            settings.observed.kind == ObservationKind::Belief || settings.end.believed_within_m.is_some();
         for id in &settings.control {
             if needs_belief {
                 give_belief(&mut self.world, *id);
@@ -250,7 +243,7 @@ impl Episode {
             .iter()
             .zip(actions.chunks(space.len()))
             .map(|(id, action)| RobotCommand {
-                say: said(space, action, settings.observation, world, *id),
+                say: said(space, action, settings.observed.kind, world, *id),
                 ..command(settings.action, &action[..settings.action.len()], world, *id)
             })
             .collect();
@@ -315,11 +308,10 @@ impl Episode {
             let array = &mut observations[index * length..(index + 1) * length];
             let entity = self.world.resource::<Roster>().get(*id);
             if let Some(memory) = self.memories.get_mut(index) {
-                if settings.extras.tracked {
-                    let others = Others::of(self.world.resource(), id.team);
-                    memory.follow(settings.observation, &self.world, *id, others);
+                if settings.observed.extras.tracked {
+                    memory.follow(settings.observed, &self.world, *id);
                 }
-                observe(array, settings.observed(), &self.world, *id, memory);
+                observe(array, settings.observed, &self.world, *id, memory);
                 memory.odometry = entity.map(|entity| odometry(&self.world, entity)).unwrap_or_default();
             }
             if let Some(side) = settings.camera {
@@ -409,7 +401,11 @@ mod tests {
     fn played(observation: ObservationKind) -> (bool, Vec<Pose>) {
         let challenge = Challenge::named("TwoOnTwo").unwrap().with(Realism::Realistic, None).unwrap();
         let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
-        let settings = EnvironmentSettings { observation, blind: observation == ObservationKind::Truth, ..settings };
+        let settings = EnvironmentSettings {
+            observed: observation.into(),
+            blind: observation == ObservationKind::Truth,
+            ..settings
+        };
         let mut episode = Episode::new(attempts::world(simulator), 3);
         episode.begin(&settings).unwrap();
         let robot = |world: &World, id| world.resource::<Roster>().get(id).unwrap();
@@ -440,7 +436,7 @@ mod tests {
         let challenge = Challenge::named("GoToBall").unwrap();
         let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
         let settings = EnvironmentSettings {
-            observation: ObservationKind::Truth,
+            observed: ObservationKind::Truth.into(),
             blind: true,
             action: ActionKind::Discrete,
             ..settings

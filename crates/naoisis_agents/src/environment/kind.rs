@@ -29,15 +29,25 @@ pub struct ObservationForm {
     pub kind: ObservationKind,
     /// The extras.
     pub extras: Extras,
+    /// The number of other robots in it: the nearest ones if the match has more of them; those that it lacks are unknown. `None` for
+    /// those of the match.
+    pub others: Option<Others>,
+}
+
+impl ObservationForm {
+    /// Returns the number of other robots in the observation of a robot of `team`.
+    pub(crate) fn others_of(&self, roster: &Roster, team: Team) -> Others {
+        self.others.unwrap_or_else(|| Others::of(roster, team))
+    }
 }
 
 impl From<ObservationKind> for ObservationForm {
     fn from(kind: ObservationKind) -> Self {
-        Self { kind, extras: Extras::default() }
+        Self { kind, ..Self::default() }
     }
 }
 
-/// The number of other robots in a match with an agent.
+/// The number of other robots in an observation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Others {
     /// Other robots of its team.
@@ -48,7 +58,7 @@ pub struct Others {
 
 impl Others {
     /// The other robots in a match with a robot of `team`.
-    pub fn of(roster: &Roster, team: Team) -> Self {
+    fn of(roster: &Roster, team: Team) -> Self {
         let count = |of: Team| roster.iter().filter(|(id, _)| id.team == of).count().min(usize::from(u8::MAX)) as u8;
         Self { team_mates: count(team).saturating_sub(1), opponents: count(team.opponent()) }
     }

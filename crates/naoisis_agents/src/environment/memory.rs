@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::heard::{Heard, keep_newest};
-use super::kind::{ObservationKind, Others};
+use super::kind::{ObservationForm, ObservationKind};
 use super::tracks::{Track, follow};
 use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
@@ -41,12 +41,12 @@ impl Memory {
         keep_newest(&mut self.heard, world, robot);
     }
 
-    /// Follows the other robots that the robot `id` knows of now.
-    pub fn follow(&mut self, kind: ObservationKind, world: &World, id: RobotId, others: Others) {
-        let Some(robot) = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok()) else {
-            return;
-        };
-        let [team_mates, opponents] = places_of_others(kind, &robot, id);
+    /// Follows the other robots that the robot `id` knows of now, as many as are observed.
+    pub fn follow(&mut self, observed: ObservationForm, world: &World, id: RobotId) {
+        let roster = world.resource::<Roster>();
+        let Some(robot) = roster.get(id).and_then(|entity| world.get_entity(entity).ok()) else { return };
+        let others = observed.others_of(roster, id.team);
+        let [team_mates, opponents] = places_of_others(observed.kind, &robot, id);
         follow(&mut self.team_mates, &team_mates, others.team_mates);
         follow(&mut self.opponents, &opponents, others.opponents);
     }

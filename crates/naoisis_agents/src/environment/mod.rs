@@ -42,7 +42,7 @@ pub use ending::EpisodeProgress;
 pub use entry::ObservationEntry;
 pub use episode::{EnvironmentSettings, Episode, Start};
 pub use extras::Extras;
-pub use kind::{ObservationForm, ObservationKind};
+pub use kind::{ObservationForm, ObservationKind, Others};
 pub use reward::RewardWeights;
 pub use saved::SavedWorld;
 pub use start_error::StartError;

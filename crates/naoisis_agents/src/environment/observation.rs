@@ -36,43 +36,34 @@ const JUNCTIONS: u8 = 3;
 /// The entries of the observation of robot `id` in the match of `world`.
 pub fn entries(form: ObservationForm, world: &World, id: RobotId) -> Vec<ObservationEntry> {
     let mut entries = Entries::default();
-    observe_into(&mut entries, form, world, id, Others::of(world.resource(), id.team), &Memory::default());
+    observe_into(&mut entries, form, world, id, &Memory::default());
     entries.0
 }
 
 /// Fills `array` with the observation of robot `id`, and with zeros if there is no such robot. It has as many numbers as [`entries`] has entries.
 pub(crate) fn observe(array: &mut [f32], form: ObservationForm, world: &World, id: RobotId, memory: &Memory) {
-    let others = Others::of(world.resource(), id.team);
     let mut values = Values { array, filled: 0 };
-    observe_into(&mut values, form, world, id, others, memory);
+    observe_into(&mut values, form, world, id, memory);
     values.array[values.filled..].fill(0.0);
 }
 
-/// The observation of robot `id` with entries for `others`: the nearest ones if the match has more of them; those that it lacks are unknown.
+/// The observation of robot `id` with its entries.
 pub(crate) fn observed(
     form: ObservationForm,
     world: &World,
     id: RobotId,
-    others: Others,
     memory: &Memory,
 ) -> Vec<(ObservationEntry, f32)> {
     let mut observed = Vec::new();
-    observe_into(&mut observed, form, world, id, others, memory);
+    observe_into(&mut observed, form, world, id, memory);
     observed
 }
 
-fn observe_into(
-    sink: &mut impl Sink,
-    form: ObservationForm,
-    world: &World,
-    id: RobotId,
-    others: Others,
-    memory: &Memory,
-) {
+fn observe_into(sink: &mut impl Sink, form: ObservationForm, world: &World, id: RobotId, memory: &Memory) {
     let roster = world.resource::<Roster>();
     let Some(robot) = roster.get(id).and_then(|entity| world.get_entity(entity).ok()) else { return };
     let status = robot.get::<GameStatus>().copied().unwrap_or_default();
-    let extras = form.extras;
+    let (extras, others) = (form.extras, form.others_of(roster, id.team));
     let tracks = extras.tracked.then_some([memory.team_mates.as_slice(), memory.opponents.as_slice()]);
     match form.kind {
         ObservationKind::Perception => {
@@ -310,15 +301,17 @@ fn put_truth(sink: &mut impl Sink, robot: &EntityRef, world: &World, id: RobotId
     for (group, team, count) in
         [("team_mate", id.team, others.team_mates), ("opponent", id.team.opponent(), others.opponents)]
     {
-        let of_team = roster.iter().filter(|(other, _)| other.team == team && *other != id);
-        for (number, (_, entity)) in (1..=count).zip(of_team) {
-            let Ok(other) = world.get_entity(entity) else { continue };
-            let seen = pose.relative(pose_of(&other));
-            let forward = seen.forward();
+        let mut of_team = roster.iter().filter(|(other, _)| other.team == team && *other != id);
+        for number in 1..=count {
+            let other = of_team.next().and_then(|(_, entity)| world.get_entity(entity).ok());
+            let is_penalised = |other: &EntityRef| other.get::<Penalty>().is_some_and(Penalty::is_active);
+            let plays = other.as_ref().is_some_and(|other| !is_penalised(other));
+            let seen = other.map(|other| pose.relative(pose_of(&other)));
+            let (place, forward) = seen.map_or((Vec2::ZERO, Vec2::ZERO), |seen| (seen.position, seen.forward()));
             Group::new(sink, group, number)
-                .flag("plays", "1 while it is not penalised", !other.get::<Penalty>().is_some_and(Penalty::is_active))
-                .put("x", PLACE, "distance forwards, m", seen.position.x)
-                .put("y", PLACE, "distance to the left, m", seen.position.y)
+                .flag("plays", "1 while it is not penalised", plays)
+                .put("x", PLACE, "distance forwards, m", place.x)
+                .put("y", PLACE, "distance to the left, m", place.y)
                 .put("cos", UNIT, "cosine of its heading, robot frame", forward.x)
                 .put("sin", UNIT, "sine of its heading, robot frame", forward.y);
         }

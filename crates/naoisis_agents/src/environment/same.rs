@@ -32,7 +32,7 @@ pub(super) fn check_same(
             "`{id}` is not decided for from outside in it; expected a match in which it is controlled"
         )));
     }
-    let found = settings.control.first().map(|id| entries(settings.observed(), world, *id)).unwrap_or_default();
+    let found = settings.control.first().map(|id| entries(settings.observed, world, *id)).unwrap_or_default();
     // The ranges of an environment may be wider.
     let fits = |(found, expected): &(&ObservationEntry, &ObservationEntry)| {
         let wide = ObservationEntry { low: expected.low, high: expected.high, ..**found };

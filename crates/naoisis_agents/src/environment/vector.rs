@@ -129,7 +129,7 @@ impl Environments {
         episodes.iter_mut().for_each(|episode| episode.stop = Arc::clone(&stop));
         let first = &mut episodes[0];
         first.begin(&settings)?;
-        let entries = settings.control.first().map(|id| entries(settings.observed(), &first.world, *id));
+        let entries = settings.control.first().map(|id| entries(settings.observed, &first.world, *id));
         let state_entries = state_entries(&first.world);
         let image_bytes = if settings.camera.is_some() { image_bytes(&first.world) } else { 0 };
         let has_begun = vec![false; episodes.len()];

@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 use super::network::{Network, NetworkError, Port, Tensor};
-use crate::environment::kind::Others;
-use crate::environment::{ActionKind, ActionSpace, Extras, ObservationForm, ObservationKind};
+use crate::environment::{ActionKind, ActionSpace, Extras, ObservationForm, ObservationKind, Others};
 use naoisis_core::read_file::read_file;
 
 /// Size limit of an ONNX file, bytes.
@@ -74,19 +73,16 @@ pub struct StatePorts {
 }
 
 impl PolicyLayout {
-    /// The observation with its extras.
+    /// The observation with its extras and robots.
     pub(super) fn observed(&self) -> ObservationForm {
-        ObservationForm { kind: self.observation, extras: self.extras }
+        let others = self.team_mates.zip(self.opponents);
+        let others = others.map(|(team_mates, opponents)| Others { team_mates, opponents });
+        ObservationForm { kind: self.observation, extras: self.extras, others }
     }
 
     /// The numbers of its action. The words of a layout are checked when it is read.
     pub fn actions(&self) -> ActionSpace {
         ActionSpace::new(self.action, self.extras.words).unwrap_or_else(|_| self.action.into())
-    }
-
-    /// The other robots in the observation, if they are the same in all matches.
-    pub(super) fn others(&self) -> Option<Others> {
-        self.team_mates.zip(self.opponents).map(|(team_mates, opponents)| Others { team_mates, opponents })
     }
 }
 

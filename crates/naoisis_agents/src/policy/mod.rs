@@ -24,7 +24,7 @@ use crate::agents::{AgentSettings, RobotCommand, give_command};
 use crate::environment::action::command;
 use crate::environment::attempts::ChallengePlayer;
 use crate::environment::episode::said;
-use crate::environment::kind::{ObservationKind, Others};
+use crate::environment::kind::ObservationKind;
 use crate::environment::memory::Memory;
 use crate::environment::observation::observed;
 use naoisis_core::behaviour::remarks::Remarks;
@@ -180,16 +180,15 @@ fn decide_together(world: &mut World, team: Team, file: &str, mut robots: Vec<De
         Err(problem) => return robots.into_iter().for_each(|robot| lose(world, file, robot, &problem)),
     };
     for robot in &mut robots {
-        let others = policy.layout.others().unwrap_or_else(|| Others::of(world.resource(), robot.id.team));
         let (form, memory) = (policy.layout.observed(), &mut robot.state.memory);
         if form.extras.messages && !robot.state.listens {
             robot.state.listens = true;
             memory.listen(world, robot.entity);
         }
         if form.extras.tracked {
-            memory.follow(form.kind, world, robot.id, others);
+            memory.follow(form, world, robot.id);
         }
-        let observed = observed(form, world, robot.id, others, memory);
+        let observed = observed(form, world, robot.id, memory);
         memory.odometry = odometry(world, robot.entity);
         robot.observation = observed.iter().map(|(_, value)| *value).collect();
         robot.state.inputs = observed.into_iter().map(|(entry, value)| (entry.to_string(), value)).collect();
