@@ -300,7 +300,7 @@ pub(super) fn update_status(
     // The GameController does not send the time of the whistle.
     let secondary = announced.secondary_cycles_left(&rules, &clock).filter(|_| announced.state != GameState::Set);
     let mut penalised_numbers = PerTeam::<JerseyNumbers>::default();
-    for (id, penalty, ..) in robots.iter().filter(|(_, penalty, ..)| penalty.is_active()) {
+    for (id, ..) in robots.iter().filter(|(_, penalty, ..)| penalty.is_active()) {
         penalised_numbers[id.team].insert(id.number);
     }
     for (id, penalty, own_limits, whistles, mut status) in &mut robots {
