@@ -61,7 +61,9 @@ def test_an_observation_has_as_many_robots_as_are_wanted(observation):
     observation, _ = env.reset(seed=1)
     assert env.observation_space.contains(observation)
     # There are two team-mates.
-    assert not observation[[index for index, name in enumerate(env.observation_names) if name.startswith("team_mate3.")]].any()
+    assert not observation[
+        [index for index, name in enumerate(env.observation_names) if name.startswith("team_mate3.")]
+    ].any()
     with pytest.raises(ValueError, match="observed_robots: -1 is out of range; expected 0 to 63"):
         naoisis.MatchEnv("match3v3", control="blue2", observed_robots=(-1, 1))
     with pytest.raises(TypeError, match="observed_robots: expected the numbers of team-mates and of opponents, not 3"):

@@ -86,7 +86,10 @@ def test_a_set_play_is_observed_as_the_robot_was_told_of_it():
 def test_penalties_of_other_robots_are_observed_by_their_numbers():
     penalty = {"at_s": 0.5, "do": {"penalise": {"robot": "pink2", "reason": "pushing", "duration_s": 0.5}}}
     env = naoisis.MatchEnv("match3v3", control="blue1", extras=["penalties"], set={"interventions": [penalty]})
-    names = [f"{group}.penalised" for group in ("told_mate1", "told_mate2", "told_opponent1", "told_opponent2", "told_opponent3")]
+    names = [
+        f"{group}.penalised"
+        for group in ("told_mate1", "told_mate2", "told_opponent1", "told_opponent2", "told_opponent3")
+    ]
     assert env.observation_names[-5:] == names
     observation, _ = env.reset(seed=1)
     told = {tuple(env.step(np.zeros(8, np.float32))[0][-5:]) for _ in range(20)}
