@@ -93,20 +93,18 @@ fn traces_of_the_built_in_scenarios_are_read_back() {
 #[test]
 fn traces_of_whole_matches_are_read_back_whatever_the_rules() {
     let mut kinds = BTreeSet::new();
-    for rules in ["naoisis", "spl2010", "spl2025", "extended", "free"] {
-        for seed in 1..=2 {
-            // Short halves, fast robots, quick penalties, and a shoot-out wherever the match is drawn.
-            let text = format!(
-                r#"{{ "name": "{rules}", "seed": {seed}, "teams": {{ "blue": "roles", "pink": "passers" }},
-                     "ball": {{ "velocity_mps": [0.4, 2.5] }},
-                     "rules": {{ "preset": "{rules}", "half_s": 12, "penalty_s": 3, "standby_s": 0, "ready_s": 4, "set_s": 1, "stall_s": 2,
-                                "falls": true, "fall_from_mps": 0.0, "fall_certain_mps": 0.2, "get_up_s": 1, "dives": true,
-                                "shoot_out": true, "shoot_out_shots": 1, "shoot_out_s": 3 }},
-                     "motion": {{ "max_linear_mps": 0.6 }}, "messages": {{ "loss": 0.1 }} }}"#
-            );
-            let scenario = Scenario::from_json(&text).unwrap();
-            kinds.extend(read_back(rules, &whole_trace(&scenario, 80.0)));
-        }
+    for (rules, seed) in ["naoisis", "spl2010", "spl2025", "extended", "free"].into_iter().zip(1..) {
+        // Short halves, fast robots, quick penalties, and a shoot-out wherever the match is drawn.
+        let text = format!(
+            r#"{{ "name": "{rules}", "seed": {seed}, "teams": {{ "blue": "roles", "pink": "passers" }},
+                 "ball": {{ "velocity_mps": [0.4, 2.5] }},
+                 "rules": {{ "preset": "{rules}", "half_s": 12, "penalty_s": 3, "standby_s": 0, "ready_s": 4, "set_s": 1, "stall_s": 2,
+                            "falls": true, "fall_from_mps": 0.0, "fall_certain_mps": 0.2, "get_up_s": 1, "dives": true,
+                            "shoot_out": true, "shoot_out_shots": 1, "shoot_out_s": 3 }},
+                 "motion": {{ "max_linear_mps": 0.6 }}, "messages": {{ "loss": 0.1 }} }}"#
+        );
+        let scenario = Scenario::from_json(&text).unwrap();
+        kinds.extend(read_back(rules, &whole_trace(&scenario, 80.0)));
     }
     for wanted in ["kick", "collision", "fall", "got_up", "ball_out", "penalty pushing", "shot", "final_whistle"] {
         assert!(kinds.contains(wanted), "no {wanted} in {kinds:?}");
