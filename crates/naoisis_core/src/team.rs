@@ -150,30 +150,30 @@ impl JsonSchema for RobotId {
     }
 }
 
-/// Jersey numbers of robots of one team, from 1 to 63. In files, they are an array.
+/// Jersey numbers of robots of one team. In files, they are an array.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "Vec<u8>", into = "Vec<u8>")]
-pub struct JerseyNumbers(u64);
+pub struct JerseyNumbers([u8; 32]);
 
 impl JerseyNumbers {
-    /// Adds a number. Numbers that no robot has, from 64, are left out.
+    /// Adds a number.
     pub fn insert(&mut self, number: u8) {
-        self.0 |= 1_u64.checked_shl(number.into()).unwrap_or(0);
+        self.0[usize::from(number / 8)] |= 1 << (number % 8);
     }
 
     /// Returns whether `number` is one of them.
     pub fn contains(self, number: u8) -> bool {
-        self.0 & 1_u64.checked_shl(number.into()).unwrap_or(0) != 0
+        self.0[usize::from(number / 8)] & (1 << (number % 8)) != 0
     }
 
     /// Returns whether there are none.
     pub fn is_empty(self) -> bool {
-        self.0 == 0
+        self == Self::default()
     }
 
     /// Returns the numbers in their order.
     pub fn iter(self) -> impl Iterator<Item = u8> {
-        (0..64).filter(move |number| self.contains(*number))
+        (0..=u8::MAX).filter(move |number| self.contains(*number))
     }
 }
 
@@ -243,9 +243,9 @@ mod tests {
 
     #[test]
     fn jersey_numbers_are_an_array_in_files() {
-        let numbers: JerseyNumbers = serde_json::from_str("[7, 2, 63, 64, 255]").unwrap();
-        assert_eq!(serde_json::to_string(&numbers).unwrap(), "[2,7,63]");
-        assert!(numbers.contains(7) && !numbers.contains(3) && !numbers.contains(64));
+        let numbers: JerseyNumbers = serde_json::from_str("[7, 2, 63, 64, 255, 7]").unwrap();
+        assert_eq!(serde_json::to_string(&numbers).unwrap(), "[2,7,63,64,255]");
+        assert!(numbers.contains(7) && !numbers.contains(3) && !numbers.contains(65));
         assert!(JerseyNumbers::default().is_empty() && !numbers.is_empty());
     }
 }
