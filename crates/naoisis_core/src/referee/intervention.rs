@@ -59,66 +59,10 @@ impl Referee<'_, '_> {
                 self.require_no_shoot_out()?;
                 self.decisions.game.score = Score { blue, pink };
             }
-            Intervention::Penalise { robot, reason, duration_s } => {
-                let index = self.find(robot)?;
-                self.require_no_shoot_out()?;
-                if !self.decisions.robots[index].is_present() {
-                    return Err(format!("{robot} serves a penalty already"));
-                }
-                let rule = match reason {
-                    PenaltyReason::PickUp => "A team may ask for a robot to be picked up.",
-                    _ => "The person that runs the match can penalise a robot.",
-                };
-                if let Some(seconds) = duration_s.filter(|seconds| !(seconds.is_finite() && *seconds >= 0.0)) {
-                    return Err(format!("a penalty cannot last {seconds} s"));
-                }
-                let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
-                let is_sent_off = reason == PenaltyReason::Pushing && self.caution(index, &evidence);
-                match duration_s {
-                    _ if is_sent_off => self.penalise(index, PenaltyReason::SentOff, evidence),
-                    None => self.penalise(index, reason, evidence),
-                    Some(seconds) => self.remove(index, reason, self.seen.cycles(seconds), evidence),
-                }
-            }
-            Intervention::PickUp { robot } => {
-                let index = self.find(robot)?;
-                let served = self.decisions.robots[index].penalty.0;
-                let goes_on =
-                    |served: &ActivePenalty| !served.is_for_the_match() && served.reason != PenaltyReason::ShootOut;
-                if let Some(served) = served.filter(goes_on) {
-                    // Its penalty becomes that of a robot that is picked up, and does not become shorter.
-                    let rule = "A robot that serves a penalty may be picked up.";
-                    let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
-                    let cycles = self.penalty_cycles(PenaltyReason::PickUp, robot.team).max(served.cycles_left);
-                    self.decisions.robots[index].penalty = Penalty(None);
-                    self.remove(index, PenaltyReason::PickUp, cycles, evidence);
-                    return Ok(());
-                }
-                return self.apply(Intervention::Penalise { robot, reason: PenaltyReason::PickUp, duration_s: None });
-            }
-            Intervention::Return { robot } => {
-                let index = self.find(robot)?;
-                self.require_no_shoot_out()?;
-                if self.decisions.robots[index].is_present() {
-                    return Err(format!("{robot} serves no penalty"));
-                }
-                if self.decisions.robots[index].penalty.0.is_some_and(|it| it.reason == PenaltyReason::Substitute) {
-                    return Err(format!("{robot} is a substitute"));
-                }
-                self.bring_back(index);
-            }
-            Intervention::Whistle => match self.decisions.game.state {
-                _ if self.decisions.game.stop.is_some() => return Err("the match is stopped".to_owned()),
-                GameState::Standby => self.signal_ready(),
-                GameState::Ready => {
-                    self.whistle();
-                    self.begin_set();
-                }
-                GameState::Set => self.begin_play(),
-                GameState::Playing => self.whistle(),
-                GameState::Timeout => return Err(IN_TIMEOUT.to_owned()),
-                GameState::Initial | GameState::Finished => return Err("there is no play to whistle for".to_owned()),
-            },
+            Intervention::Penalise { robot, reason, duration_s } => self.penalise_by_hand(robot, reason, duration_s)?,
+            Intervention::PickUp { robot } => self.pick_up(robot)?,
+            Intervention::Return { robot } => self.return_by_hand(robot)?,
+            Intervention::Whistle => self.whistle_by_hand()?,
             Intervention::DropBall { position_m } => {
                 self.require_ball()?;
                 self.require_on_carpet(position_m)?;
@@ -145,6 +89,78 @@ impl Referee<'_, '_> {
                 self.require_play()?;
                 self.begin_kick_off(Some(team));
             }
+        }
+        Ok(())
+    }
+
+    fn penalise_by_hand(
+        &mut self,
+        robot: RobotId,
+        reason: PenaltyReason,
+        duration_s: Option<f32>,
+    ) -> Result<(), String> {
+        let index = self.find(robot)?;
+        self.require_no_shoot_out()?;
+        if !self.decisions.robots[index].is_present() {
+            return Err(format!("{robot} serves a penalty already"));
+        }
+        let rule = match reason {
+            PenaltyReason::PickUp => "A team may ask for a robot to be picked up.",
+            _ => "The person that runs the match can penalise a robot.",
+        };
+        if let Some(seconds) = duration_s.filter(|seconds| !(seconds.is_finite() && *seconds >= 0.0)) {
+            return Err(format!("a penalty cannot last {seconds} s"));
+        }
+        let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
+        let is_sent_off = reason == PenaltyReason::Pushing && self.caution(index, &evidence);
+        match duration_s {
+            _ if is_sent_off => self.penalise(index, PenaltyReason::SentOff, evidence),
+            None => self.penalise(index, reason, evidence),
+            Some(seconds) => self.remove(index, reason, self.seen.cycles(seconds), evidence),
+        }
+        Ok(())
+    }
+
+    fn pick_up(&mut self, robot: RobotId) -> Result<(), String> {
+        let index = self.find(robot)?;
+        let goes_on = |served: &ActivePenalty| !served.is_for_the_match() && served.reason != PenaltyReason::ShootOut;
+        let Some(served) = self.decisions.robots[index].penalty.0.filter(goes_on) else {
+            return self.penalise_by_hand(robot, PenaltyReason::PickUp, None);
+        };
+        // Its penalty becomes that of a robot that is picked up, and does not become shorter.
+        let rule = "A robot that serves a penalty may be picked up.";
+        let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
+        let cycles = self.penalty_cycles(PenaltyReason::PickUp, robot.team).max(served.cycles_left);
+        self.decisions.robots[index].penalty = Penalty(None);
+        self.remove(index, PenaltyReason::PickUp, cycles, evidence);
+        Ok(())
+    }
+
+    fn return_by_hand(&mut self, robot: RobotId) -> Result<(), String> {
+        let index = self.find(robot)?;
+        self.require_no_shoot_out()?;
+        if self.decisions.robots[index].is_present() {
+            return Err(format!("{robot} serves no penalty"));
+        }
+        if self.decisions.robots[index].penalty.0.is_some_and(|it| it.reason == PenaltyReason::Substitute) {
+            return Err(format!("{robot} is a substitute"));
+        }
+        self.bring_back(index);
+        Ok(())
+    }
+
+    fn whistle_by_hand(&mut self) -> Result<(), String> {
+        match self.decisions.game.state {
+            _ if self.decisions.game.stop.is_some() => return Err("the match is stopped".to_owned()),
+            GameState::Standby => self.signal_ready(),
+            GameState::Ready => {
+                self.whistle();
+                self.begin_set();
+            }
+            GameState::Set => self.begin_play(),
+            GameState::Playing => self.whistle(),
+            GameState::Timeout => return Err(IN_TIMEOUT.to_owned()),
+            GameState::Initial | GameState::Finished => return Err("there is no play to whistle for".to_owned()),
         }
         Ok(())
     }
