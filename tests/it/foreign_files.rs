@@ -62,6 +62,6 @@ fn files_of_others_are_named() {
         let path = folder.path().join(name);
         fs::write(&path, "{}").unwrap();
         let error = Scenario::load(&path).unwrap_err().to_string();
-        assert!(error.contains("`naoisis replay` shows a trace"), "{error}");
+        assert!(error.contains("`naoisis replay` shows traces"), "{error}");
     }
 }

@@ -203,6 +203,10 @@ fn a_model_is_no_scenario_and_lies_beside_the_scenario_that_changes_it() {
     assert!(error.contains("this is the model of a robot, no scenario"), "{error}");
     assert!(error.contains(r#"`(model: "random.ron", "#), "{error}");
     let scenario = folder.path().join("scenario.ron");
+    // A field of models does not make a model of a scenario.
+    fs::write(&scenario, r#"(like: "nao", teams: (blue: "roles", pink: "roles"))"#).unwrap();
+    let error = Scenario::load(&scenario).unwrap_err().to_string();
+    assert!(error.contains("there is no field `like`"), "{error}");
     let text = r#"(rules: "free", model: (preset: "random.ron", motion: (max_angular_degps: 33)),
         robots: [(), (pose: (1, 0, 0), model: (preset: "random.ron", motion: (max_linear_mps: 0.5)))])"#;
     fs::write(&scenario, text).unwrap();

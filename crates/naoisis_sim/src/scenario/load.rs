@@ -147,8 +147,8 @@ impl ScenarioText {
         }
         let Some(format) = Format::of_path(path) else {
             if name.ends_with(".jsonl") || name.ends_with(".jsonl.zst") {
-                let message = "this is a trace, the recording of a match".to_owned();
-                return Err(unreadable(message, "a scenario; `naoisis replay` shows a trace"));
+                let message = "files with this ending are traces, the recordings of matches".to_owned();
+                return Err(unreadable(message, "a scenario; `naoisis replay` shows traces"));
             }
             let message = "the file's name does not tell its format".to_owned();
             return Err(unreadable(message, "a name that ends in `.ron` or `.json`"));

@@ -26,12 +26,15 @@ const FIELDS: [&str; 6] = ["name", "description", "like", "settings", "realistic
 const OF_MODELS_ONLY: [&str; 4] = ["settings", "realistic", "sources", "like"];
 /// The field that names the model from which a file starts.
 const LIKE: &str = "like";
+/// The fields that no model has.
+const OF_SCENARIOS_ONLY: [&str; 3] = ["teams", "robots", "duration"];
 /// Settings that the realistic part can have besides those of a robot: the ball of its league.
 const REALISTIC_BESIDES: [&str; 1] = ["ball"];
 
 /// Returns whether the values of a file are those of a model, not of a scenario.
 pub fn is_model(value: &Value) -> bool {
-    OF_MODELS_ONLY.iter().any(|field| value.get(field).is_some())
+    let has_any = |fields: &[&str]| fields.iter().any(|field| value.get(field).is_some());
+    has_any(&OF_MODELS_ONLY) && !has_any(&OF_SCENARIOS_ONLY)
 }
 
 /// Returns the error for a model in place of a scenario.
