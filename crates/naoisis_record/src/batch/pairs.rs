@@ -224,58 +224,14 @@ impl fmt::Display for PairTable {
             writeln!(text)?;
         }
         for ([first, second], summary) in &self.pairs {
-            let better = |better: bool| {
-                let summary = if better { summary.clone() } else { summary.reversed() };
-                (if better { [*first, *second] } else { [*second, *first] }, summary)
-            };
             // The better team is named first.
             let first_is_better = summary.share_of_wins.is_none_or(|share| share.value >= 0.5);
-            let ([first, second], summary) = better(first_is_better);
-            let [first, second] = [&self.teams[first], &self.teams[second]];
-            let mut line = String::new();
-            match summary.is_first_better() {
-                Some(_) => write!(line, "{first} beats {second}")?,
-                None if summary.repeated => write!(line, "{first} and {second}: every seed plays the same match")?,
-                None => write!(line, "{first} and {second}: no difference that is sure")?,
-            }
-            write!(line, ": {} matches", summary.matches)?;
-            for (what, share) in [("wins", summary.wins), ("draws", summary.draws), ("losses", summary.losses)] {
-                if let Some(share) = share {
-                    write!(line, ", {:.1} % {what}", 100.0 * share.value)?;
-                }
-            }
-            if summary.shot_out > 0 {
-                write!(line, " ({} by a shoot-out or a coin)", summary.shot_out)?;
-            }
-            if let Some(share) = summary.share_of_wins {
-                let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
-                write!(line, "; of those that somebody won, {value:.1} %")?;
-                if !summary.repeated {
-                    write!(line, " ({low:.1} to {high:.1})")?;
-                }
-            }
-            if let Some(improvement) = summary.improvement {
-                write!(line, "; probability of improvement {:.2}", improvement.value)?;
-                if !summary.repeated && improvement.margin().is_finite() {
-                    write!(line, " ({:.2} to {:.2})", improvement.low, improvement.high)?;
-                }
-            }
-            if let (Some(own), Some(other), Some(difference)) =
-                (summary.goals, summary.goals_against, summary.goal_difference)
-            {
-                let [own, other, value] = [own.value, other.value, rounded(difference.value, 2)];
-                write!(line, "; goals {own:.2} : {other:.2}, difference {value:+.2}")?;
-                if !summary.repeated {
-                    write!(line, " ± {:.2}", difference.margin())?;
-                }
-            }
-            if let [Some(own), Some(other)] = summary.kept.map(|kept| kept.map(|kept| 100.0 * kept.value)) {
-                write!(line, "; passes completed {own:.0} % : {other:.0} %")?;
-            }
-            if summary.failed > 0 {
-                write!(line, "; {} failed", summary.failed)?;
-            }
-            writeln!(text, "{line}")?;
+            let (names, summary) = if first_is_better {
+                ([first, second], summary.clone())
+            } else {
+                ([second, first], summary.reversed())
+            };
+            writeln!(text, "{}", in_words(names.map(|team| self.teams[*team].as_str()), &summary)?)?;
         }
         if self.pairs.iter().any(|(_, summary)| summary.is_first_better().is_some()) {
             writeln!(text, "* The row's team beats the column's, with 95 % confidence.")?;
@@ -294,6 +250,53 @@ impl fmt::Display for PairTable {
         }
         Ok(())
     }
+}
+
+/// Returns a sentence on the matches of two teams, from the side of the first.
+fn in_words([first, second]: [&str; 2], summary: &PairSummary) -> Result<String, fmt::Error> {
+    let mut line = String::new();
+    match summary.is_first_better() {
+        Some(_) => write!(line, "{first} beats {second}")?,
+        None if summary.repeated => write!(line, "{first} and {second}: every seed plays the same match")?,
+        None => write!(line, "{first} and {second}: no difference that is sure")?,
+    }
+    write!(line, ": {} matches", summary.matches)?;
+    for (what, share) in [("wins", summary.wins), ("draws", summary.draws), ("losses", summary.losses)] {
+        if let Some(share) = share {
+            write!(line, ", {:.1} % {what}", 100.0 * share.value)?;
+        }
+    }
+    if summary.shot_out > 0 {
+        write!(line, " ({} by a shoot-out or a coin)", summary.shot_out)?;
+    }
+    if let Some(share) = summary.share_of_wins {
+        let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
+        write!(line, "; of those that somebody won, {value:.1} %")?;
+        if !summary.repeated {
+            write!(line, " ({low:.1} to {high:.1})")?;
+        }
+    }
+    if let Some(improvement) = summary.improvement {
+        write!(line, "; probability of improvement {:.2}", improvement.value)?;
+        if !summary.repeated && improvement.margin().is_finite() {
+            write!(line, " ({:.2} to {:.2})", improvement.low, improvement.high)?;
+        }
+    }
+    if let (Some(own), Some(other), Some(difference)) = (summary.goals, summary.goals_against, summary.goal_difference)
+    {
+        let [own, other, value] = [own.value, other.value, rounded(difference.value, 2)];
+        write!(line, "; goals {own:.2} : {other:.2}, difference {value:+.2}")?;
+        if !summary.repeated {
+            write!(line, " ± {:.2}", difference.margin())?;
+        }
+    }
+    if let [Some(own), Some(other)] = summary.kept.map(|kept| kept.map(|kept| 100.0 * kept.value)) {
+        write!(line, "; passes completed {own:.0} % : {other:.0} %")?;
+    }
+    if summary.failed > 0 {
+        write!(line, "; {} failed", summary.failed)?;
+    }
+    Ok(line)
 }
 
 #[cfg(test)]
