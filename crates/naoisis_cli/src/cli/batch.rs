@@ -13,6 +13,7 @@ use super::batch_summary::{print_summaries, what_was_played};
 use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
 use super::outputs::{Output, STANDARD_OUTPUT, check_files};
+use super::report::{CommandResult, OrReport};
 use super::shard::Shard;
 use super::teams::TeamArguments;
 use super::terminal::Printer;
@@ -100,34 +101,21 @@ impl BatchArguments {
 }
 
 /// Runs the command.
-pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
-    let sweep = match sweep(program, arguments) {
-        Ok(sweep) => sweep,
-        Err(status) => return status,
-    };
+pub fn batch(program: Program, arguments: &BatchArguments) -> CommandResult {
+    let sweep = sweep(program, arguments)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     // With --pairs, half of the matches of a pair have changed sides.
     let sides = if sweep.pairs().is_some() { 2 } else { 1 };
     let first_seed = arguments.seed.or_else(|| Some(sweep.scenario(0).ok()?.seed)).unwrap_or(1);
     let threads = arguments.threads.map_or(cores, usize::from);
-    let network = match arguments.game_controller.of_many(threads) {
-        Ok(network) => network,
-        Err(message) => return report::usage_error(&message),
-    };
+    let network = arguments.game_controller.of_many(threads).or_usage_error()?;
     let batch = Batch { variants: sweep, matches: arguments.matches as usize / sides, first_seed, threads };
     if !arguments.merge.is_empty() {
         return merge_parts(&batch, arguments);
     }
     let part = arguments.shard.map_or(0..batch.len(), |shard| batch.part(shard.part, shard.parts));
-    let (mut table, mut rows, mut mistakes) = match open_tables(arguments, &batch, part.clone()) {
-        Ok(opened) => opened,
-        Err(status) => return status,
-    };
-    let watched = Interrupt::watch(|| report::note("finishing the running matches; interrupt again to stop at once"));
-    let interrupt = match watched {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+    let (mut table, mut rows, mut mistakes) = open_tables(arguments, &batch, part.clone())?;
+    let interrupt = Interrupt::finish_running().or_failure()?;
     let earlier = rows.len();
     let progress = progress_bar(part.len(), earlier, arguments.quiet);
     let mut failed_to_write: Option<TableError> = None;
@@ -167,7 +155,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     progress.finish_and_clear();
     let is_interrupted = rows.len() < part.len();
     if let Some(error) = failed_to_write {
-        return report::failure(&error.to_string());
+        return Err(report::failure(&error.to_string()));
     }
     let mut printer = Printer::default();
     if !arguments.quiet {
@@ -183,7 +171,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     }
     let all_valid = rows.iter().all(|row| row.outcome.is_valid());
     let status = printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE });
-    if is_interrupted { interrupt.finish(status) } else { status }
+    Ok(if is_interrupted { interrupt.finish(status) } else { status })
 }
 
 /// Opens the tables of matches and of mistakes, and reads the rows of matches that were played earlier.
@@ -209,7 +197,7 @@ fn open_tables(
             .into_iter()
             .filter_map(|(option, path)| Some(Output { option, path: path?.clone() }))
             .collect();
-        check_files(Path::new(&arguments.scenario), &outputs, true).map_err(|message| report::usage_error(&message))?;
+        check_files(Path::new(&arguments.scenario), &outputs, true).or_usage_error()?;
         if arguments.csv.is_none() && path.metadata().is_ok_and(|there| there.is_file()) {
             let path = path.display();
             return Err(report::usage_error(&format!(
@@ -251,24 +239,19 @@ fn agent_settings(arguments: &BatchArguments) -> AgentSettings {
 }
 
 /// Joins the tables of parts into one table and one summary.
-fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
+fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> CommandResult {
     if let Some(path) = &arguments.csv {
         let output = [Output { option: "--csv", path: path.clone() }];
-        if let Err(message) = arguments.merge.iter().try_for_each(|part| check_files(part, &output, true)) {
-            return report::usage_error(&message);
-        }
+        arguments.merge.iter().try_for_each(|part| check_files(part, &output, true)).or_usage_error()?;
     }
-    let mut rows = match merge(batch, &arguments.merge) {
-        Ok(rows) => rows,
-        Err(error) => return report::usage_error(&format!("--merge: {error}")),
-    };
+    let mut rows = merge(batch, &arguments.merge).map_err(|error| format!("--merge: {error}")).or_usage_error()?;
     if let Some(path) = &arguments.csv {
         let written = Table::open(path, batch)
             .and_then(|(mut table, there)| rows[there.len()..].iter().try_for_each(|row| table.write(batch, row)));
         match written {
             Ok(()) => {}
-            Err(error @ TableError::NotWritten { .. }) => return report::failure(&error.to_string()),
-            Err(error) => return report::usage_error(&error.to_string()),
+            Err(error @ TableError::NotWritten { .. }) => return Err(report::failure(&error.to_string())),
+            Err(error) => return Err(report::usage_error(&error.to_string())),
         }
     }
     let mut printer = Printer::default();
@@ -279,7 +262,7 @@ fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
         printer.print("Intervals are those of 95 % confidence.\n");
     }
     let all_valid = rows.iter().all(|row| row.outcome.is_valid());
-    printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE }))
 }
 
 /// Returns the sweep of the arguments. Checks that a match can be started with each value of every setting, combined with the first values

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use super::agents::AgentArguments;
 use super::notes;
 use super::report;
+use super::report::OrReport;
 use super::run_arguments::RunArguments;
 use super::teams::TeamArguments;
 use naoisis_core::cycle::CycleClock;
@@ -46,7 +47,7 @@ pub fn scenario_file(path_or_name: &str) -> Result<ScenarioFile, ExitCode> {
 /// The exit status of an error, which has been reported.
 pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
     let mut file = file.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
-    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    arguments.teams.choose(app.world(), &mut file).or_usage_error()?;
     change_from_command_line(&mut file.scenario, arguments)?;
     if !arguments.quiet {
         notes::tell(&notes::of_scenario(&file));
@@ -112,7 +113,7 @@ pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(
         return Err(report::usage_error(&message));
     }
     let scenario = app.world().resource::<Scenario>();
-    let text = scenario.resolved_json().map_err(|error| report::usage_error(&error.to_string()))?;
+    let text = scenario.resolved_json().or_usage_error()?;
     let as_saved =
         ScenarioFile::from_text(&text, Format::Json, name).map_err(|error| report::scenario_error(&error))?;
     let changed = as_saved.check_with(settings).map_err(|errors| report::scenario_errors(&errors))?;

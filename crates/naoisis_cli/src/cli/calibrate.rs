@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use super::realism::no_model;
 use super::report;
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use naoisis_lab::calibration::{COLUMNS, Calibration, OdometryTrack, RobotLog, calibrate as find_figures, model_file};
 use naoisis_record::record::mcap_records::is_mcap;
@@ -33,19 +34,13 @@ pub struct CalibrateArguments {
 
 /// Reads logs. Prints the model to standard output, and the figures that were found or could not be found to standard
 /// error.
-pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
-    let model = match RobotModel::find(&arguments.robot) {
-        Ok(model) => model,
-        Err(error) => return no_model("--robot: ", &error),
-    };
-    let log = match read(&arguments.logs) {
-        Ok(log) => log,
-        Err(words) => return report::usage_error(&words),
-    };
+pub fn calibrate(arguments: &CalibrateArguments) -> CommandResult {
+    let model = RobotModel::find(&arguments.robot).map_err(|error| no_model("--robot: ", &error))?;
+    let log = read(&arguments.logs).or_usage_error()?;
     let calibration = find_figures(&log, &model);
     report::note(&found(&model, &calibration));
     if calibration.figures.is_empty() {
-        return report::failure("the logs have too few rows for any figure");
+        return Err(report::failure("the logs have too few rows for any figure"));
     }
     let name = arguments.name.clone().unwrap_or_else(|| format!("{}_calibrated", model.name));
     let file_name = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
@@ -53,11 +48,9 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     let mut printer = Printer::default();
     let text = model_file(&model, &name, &logs, &calibration);
     // What is written must be accepted by the other commands.
-    if let Err(error) = RobotModel::from_ron(&format!("{name}.ron"), &text) {
-        return no_model("the calibrated model: ", &error);
-    }
+    RobotModel::from_ron(&format!("{name}.ron"), &text).map_err(|error| no_model("the calibrated model: ", &error))?;
     printer.print(text);
-    printer.finish(ExitCode::SUCCESS)
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 /// Reads recordings, and then the tables that refer to them.

@@ -12,6 +12,7 @@ use super::batch::progress_bar;
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files, check_folder_of};
 use super::play::{PlayArguments, display, play_file};
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::Challenge;
@@ -90,57 +91,40 @@ pub(super) fn realism(word: &str) -> Result<Realism, String> {
 }
 
 /// Runs the command.
-pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> ExitCode {
-    let challenges = match challenges(arguments) {
-        Ok(challenges) => challenges,
-        Err(error) => return report::usage_error(&error.to_string()),
-    };
+pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> CommandResult {
+    let challenges = challenges(arguments).or_usage_error()?;
     for (option, path) in [("--out", &arguments.out), ("--scenario", &arguments.scenario)] {
         let Some(path) = path else { continue };
         let checked = check_files(Path::new(""), &[Output { option, path: path.clone() }], arguments.force);
-        if let Err(message) = checked.and_then(|()| check_folder_of(path)) {
-            return report::usage_error(&message);
-        }
+        checked.and_then(|()| check_folder_of(path)).or_usage_error()?;
     }
     if first_seed(arguments).checked_add(u64::from(arguments.episodes).saturating_sub(1)).is_none() {
         let message =
             format!("--seed: {} episodes have seeds beyond {}; expected a smaller seed", arguments.episodes, u64::MAX);
-        return report::usage_error(&message);
+        return Err(report::usage_error(&message));
     }
     if let Some(path) = &arguments.scenario {
         let scenario = scenario_of("--scenario", program, arguments, &challenges, first_seed(arguments));
-        return match scenario.map(|scenario| write(path, "--scenario", to_string_pretty(&scenario))) {
-            Ok(Ok(())) => ExitCode::SUCCESS,
-            Ok(Err(message)) => report::failure(&message),
-            Err(message) => report::usage_error(&message),
-        };
+        write(path, "--scenario", to_string_pretty(&scenario.or_usage_error()?)).or_failure()?;
+        return Ok(ExitCode::SUCCESS);
     }
     if let Some(seed) = arguments.watch {
         let scenario = scenario_of("--watch", program, arguments, &challenges, seed);
-        return match scenario.and_then(|scenario| as_file(&scenario)) {
-            Ok(file) => play_file(program, file.scenario.name.clone(), &file, display(), &PlayArguments::default()),
-            Err(message) => report::usage_error(&message),
-        };
+        let file = scenario.and_then(|scenario| as_file(&scenario)).or_usage_error()?;
+        return play_file(program, file.scenario.name.clone(), &file, display(), &PlayArguments::default());
     }
-    let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
-    let interrupt = match watched {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+    let interrupt = Interrupt::finish_running().or_failure()?;
     let mut printer = Printer::default();
     if let Some(path) = &arguments.verify {
-        let status = match read_results(path) {
-            Ok(file) => verify(program, &file, (arguments.threads, arguments.programs), &interrupt, &mut printer),
-            Err(message) => report::usage_error(&message),
-        };
-        return interrupt.finish(printer.finish(status));
+        let file = read_results(path).or_usage_error()?;
+        let verified = verify(program, &file, (arguments.threads, arguments.programs), &interrupt, &mut printer);
+        let status = verified.unwrap_or_else(|status| status);
+        return Ok(interrupt.finish(printer.finish(status)));
     }
     // What is wrong with the last player is said before the first one plays.
     for (realism, challenge) in &challenges {
         for player in players(challenge, *realism, arguments) {
-            if let Err(error) = check_player(challenge, &player, || program.simulator()) {
-                return report::usage_error(&error.to_string());
-            }
+            check_player(challenge, &player, || program.simulator()).or_usage_error()?;
         }
     }
     let mut file = ResultFile::default();
@@ -154,7 +138,7 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> E
                 Ok(episodes) => episodes,
                 // In tables of baselines, a player without a success has nothing to play back.
                 Err(AttemptError::NothingToPlayBack { .. }) if arguments.behaviour.is_empty() => continue,
-                Err(error) => return report::usage_error(&error.to_string()),
+                Err(error) => return Err(report::usage_error(&error.to_string())),
             };
             let mut result = ChallengeResult::new(challenge, (*realism, arguments.robot.as_deref()), &player, episodes);
             result.interactions = interactions(&player);
@@ -172,15 +156,13 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> E
     if challenges.len() > 1 {
         print_score(&mut printer, arguments, "All tasks, ", &file.results);
     }
-    if let Some(path) = &arguments.out
-        && let Err(message) = write(path, "--out", to_string_pretty(&file))
-    {
-        return report::failure(&message);
+    if let Some(path) = &arguments.out {
+        write(path, "--out", to_string_pretty(&file)).or_failure()?;
     }
     if !arguments.quiet {
         printer.print("Intervals are those of 95 % confidence.\n");
     }
-    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+    Ok(interrupt.finish(printer.finish(ExitCode::SUCCESS)))
 }
 
 /// Prints the score of several policies.
@@ -323,7 +305,7 @@ pub(super) fn verify(
     (wanted, programs): (Option<u16>, bool),
     interrupt: &Interrupt,
     printer: &mut Printer,
-) -> ExitCode {
+) -> CommandResult {
     let mut status = ExitCode::SUCCESS;
     for result in &file.results {
         let name = format!("{}-v{}, {}, {}", result.challenge, result.version, result.realism, result.player);
@@ -331,7 +313,7 @@ pub(super) fn verify(
         let by = if is_program && !programs { PlayedBy::Commands } else { PlayedBy::Player };
         if by == PlayedBy::Commands && !result.has_commands() {
             let why = "it would start this program, which can do whatever you can do; allow it with --programs";
-            return report::failure(&format!("{name}: {why}"));
+            return Err(report::failure(&format!("{name}: {why}")));
         }
         let progress = progress_bar(result.episodes.len(), 0, false);
         let played = result.challenge().map_err(|error| error.to_string()).and_then(|challenge| {
@@ -340,14 +322,11 @@ pub(super) fn verify(
             found.map_err(|error| error.to_string())
         });
         progress.finish_and_clear();
-        let different = match played {
-            Ok(different) => different,
-            Err(message) => return report::failure(&format!("{name}: {message}")),
-        };
+        let different = played.map_err(|message| format!("{name}: {message}")).or_failure()?;
         let Some(found) = different else {
             if interrupt.is_stopped() {
                 printer.print(format_args!("{name}: broken off\n"));
-                return ExitCode::FAILURE;
+                return Ok(ExitCode::FAILURE);
             }
             let Ok(player) = result.player.parse();
             let trained = interactions(&player);
@@ -382,7 +361,7 @@ pub(super) fn verify(
             printer.print(format_args!("It was played by naoisis {}.\n", result.naoisis));
         }
     }
-    status
+    Ok(status)
 }
 
 fn outcome(attempt: &Attempt) -> String {

@@ -11,6 +11,7 @@ use super::expect::{cores, play_many, print_verdicts, write_junit};
 use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
 use super::notes;
+use super::report::{CommandResult, OrReport};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -77,25 +78,19 @@ impl CheckArguments {
 }
 
 /// Checks every file, and prints `ok` or all its errors. Returns exit status 2 if there are any.
-pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
-    let network = match arguments.game_controller.of_many(cores()) {
-        Ok(network) => network,
-        Err(message) => return report::usage_error(&message),
-    };
+pub fn check(program: Program, arguments: &CheckArguments) -> CommandResult {
+    let network = arguments.game_controller.of_many(cores()).or_usage_error()?;
     if let Some(message) = arguments.in_vain(network.is_some()) {
-        return report::usage_error(&message);
+        return Err(report::usage_error(&message));
     }
-    let interrupt = match Interrupt::watch(|| {}) {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+    let interrupt = Interrupt::watch(|| {}).or_failure()?;
     let (printer, app) = (Printer::default(), program.simulator());
     let mut check = Check { program, arguments, network, interrupt, printer, app };
     let (mut status, mut outcomes) = (0, Vec::new());
     for file in &arguments.files {
         let outcome = check.file(file);
         if check.interrupt.is_stopped() {
-            return check.interrupt.finish(check.printer.finish(ExitCode::SUCCESS));
+            return Ok(check.interrupt.finish(check.printer.finish(ExitCode::SUCCESS)));
         }
         status = status.max(outcome.status());
         outcomes.extend(outcome.for_junit().map(|outcome| (file.clone(), outcome)));
@@ -104,7 +99,7 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
     if let Some(Err(message)) = arguments.junit.as_ref().map(|path| write_junit(path, &outcomes)) {
         status = report::failure(&message);
     }
-    check.printer.finish(status)
+    Ok(check.printer.finish(status))
 }
 
 /// What came of a file.

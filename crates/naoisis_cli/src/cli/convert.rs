@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files, check_folder_of, use_of_a_part};
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_core::behaviour::BehaviourRegistry;
@@ -78,7 +79,7 @@ impl Target<'_> {
 }
 
 /// Runs the command.
-pub fn convert(program: Program<'_>, arguments: &ConvertArguments) -> ExitCode {
+pub fn convert(program: Program<'_>, arguments: &ConvertArguments) -> CommandResult {
     let ConvertArguments { trace, file, parquet, csv, force } = arguments;
     let app = program.simulator_with(RecordPlugin);
     let formats = app.world().resource::<LogFormats>();
@@ -86,26 +87,19 @@ pub fn convert(program: Program<'_>, arguments: &ConvertArguments) -> ExitCode {
     if let Some(file) = file {
         match formats.of_file(file) {
             Some(format) => targets.push(Target::File(file, format)),
-            None => return report::usage_error(&unknown_ending(file, formats)),
+            None => return Err(report::usage_error(&unknown_ending(file, formats))),
         }
     }
     targets.extend(parquet.iter().map(|folder| Target::Tables(folder, TableFormat::Parquet)));
     targets.extend(csv.iter().map(|folder| Target::Tables(folder, TableFormat::Csv)));
     let outputs: Vec<Output> = targets.iter().flat_map(Target::outputs).collect();
     let checked = check_files(trace, &outputs, *force).and_then(|()| targets.iter().try_for_each(Target::check_folder));
-    if let Err(message) = checked {
-        return report::usage_error(&message);
-    }
-    let interrupt = match Interrupt::watch(|| {}) {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+    checked.or_usage_error()?;
+    let interrupt = Interrupt::watch(|| {}).or_failure()?;
     for target in &targets {
-        if let Err(status) = write(trace, app.world().resource::<BehaviourRegistry>(), target, &interrupt) {
-            return status;
-        }
+        write(trace, app.world().resource::<BehaviourRegistry>(), target, &interrupt)?;
     }
-    interrupt.finish(ExitCode::SUCCESS)
+    Ok(interrupt.finish(ExitCode::SUCCESS))
 }
 
 fn unknown_ending(file: &Path, formats: &LogFormats) -> String {
@@ -119,7 +113,7 @@ fn write(
     target: &Target<'_>,
     interrupt: &Interrupt,
 ) -> Result<(), ExitCode> {
-    let mut reader = TraceReader::open(trace).map_err(|error| report::usage_error(&error.to_string()))?;
+    let mut reader = TraceReader::open(trace).or_usage_error()?;
     let progress = ProgressBar::new_spinner().with_message(format!("converting {}", trace.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
         progress.set_style(style);

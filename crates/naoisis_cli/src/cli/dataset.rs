@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use super::agents::AgentArguments;
 use super::interrupt::Interrupt;
+use super::report::{CommandResult, OrReport};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -134,16 +135,9 @@ impl DatasetArguments {
 }
 
 /// Runs the command.
-pub fn dataset(program: Program<'_>, arguments: &DatasetArguments) -> ExitCode {
-    let (scenario, settings) = match arguments.scenario().and_then(|scenario| Ok((scenario, arguments.settings()?))) {
-        Ok(both) => both,
-        Err(status) => return status,
-    };
-    let watched = Interrupt::watch(|| report::note("finishing the running matches; interrupt again to stop at once"));
-    let interrupt = match watched {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+pub fn dataset(program: Program<'_>, arguments: &DatasetArguments) -> CommandResult {
+    let (scenario, settings) = (arguments.scenario()?, arguments.settings()?);
+    let interrupt = Interrupt::finish_running().or_failure()?;
     let progress = super::batch::progress_bar(settings.images as usize, 0, arguments.quiet);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} images, {per_sec}, {eta} left") {
         progress.set_style(style);
@@ -162,18 +156,16 @@ pub fn dataset(program: Program<'_>, arguments: &DatasetArguments) -> ExitCode {
             progress.set_position(u64::from(images));
         });
     progress.finish_and_clear();
-    match made {
-        Ok(made) => {
-            let mut printer = Printer::default();
-            if !arguments.quiet {
-                printer.print(summary(&made, &settings, arguments, started.elapsed().as_secs_f64()));
-            }
-            let status = printer.finish(ExitCode::SUCCESS);
-            if made.is_complete { status } else { interrupt.finish(status) }
-        }
-        Err(error) if error.is_usage() => report::usage_error(&format!("--out: {error}")),
-        Err(error) => report::failure(&error.to_string()),
+    let made = made.map_err(|error| match error {
+        error if error.is_usage() => report::usage_error(&format!("--out: {error}")),
+        error => report::failure(&error.to_string()),
+    })?;
+    let mut printer = Printer::default();
+    if !arguments.quiet {
+        printer.print(summary(&made, &settings, arguments, started.elapsed().as_secs_f64()));
     }
+    let status = printer.finish(ExitCode::SUCCESS);
+    Ok(if made.is_complete { status } else { interrupt.finish(status) })
 }
 
 fn summary(made: &Made, settings: &DatasetSettings, arguments: &DatasetArguments, wall_s: f64) -> String {

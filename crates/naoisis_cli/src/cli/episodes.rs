@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use super::batch::progress_bar;
 use super::challenge::{realism, threads};
 use super::interrupt::Interrupt;
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::action::CONTINUOUS;
@@ -87,12 +88,8 @@ impl From<AttemptError> for EpisodesError {
 }
 
 /// Runs the command.
-pub fn episodes(program: Program, arguments: &EpisodesArguments) -> ExitCode {
-    let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
-    let interrupt = match watched {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+pub fn episodes(program: Program, arguments: &EpisodesArguments) -> CommandResult {
+    let interrupt = Interrupt::finish_running().or_failure()?;
     let names = match arguments.name.as_str() {
         ALL => CHALLENGES.iter().map(|(name, _)| *name).collect(),
         name => vec![name],
@@ -102,13 +99,13 @@ pub fn episodes(program: Program, arguments: &EpisodesArguments) -> ExitCode {
         match write_data_set(program, name, arguments, &interrupt) {
             Ok(_) if arguments.quiet => {}
             Ok(words) => printer.print(words),
-            Err(status) => return interrupt.finish(printer.finish(status)),
+            Err(status) => return Ok(interrupt.finish(printer.finish(status))),
         }
         if interrupt.is_stopped() {
             break;
         }
     }
-    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+    Ok(interrupt.finish(printer.finish(ExitCode::SUCCESS)))
 }
 
 /// Plays the episodes of a task and writes their data set. Returns a description of it.
@@ -120,11 +117,11 @@ fn write_data_set(
 ) -> Result<String, ExitCode> {
     let challenge =
         Challenge::named(name).and_then(|challenge| challenge.with(arguments.realism, arguments.robot.as_deref()));
-    let challenge = challenge.map_err(|error| report::usage_error(&error.to_string()))?;
+    let challenge = challenge.or_usage_error()?;
     let player = player(arguments);
     let simulator = || program.simulator();
     let demonstrations = Demonstrations::new(&challenge, &player, arguments.observation, simulator);
-    let demonstrations = demonstrations.map_err(|error| report::usage_error(&error.to_string()))?;
+    let demonstrations = demonstrations.or_usage_error()?;
     let id = id(&challenge, &player, arguments);
     let facts = facts(&challenge, &player, &demonstrations, arguments);
     let ranges: Vec<[f32; 2]> = demonstrations.entries().iter().map(|entry| [entry.low, entry.high]).collect();

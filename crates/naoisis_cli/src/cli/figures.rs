@@ -9,6 +9,7 @@ use super::interrupt::Interrupt;
 use super::outputs::EXISTS;
 use super::realism::no_model;
 use super::report;
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use naoisis_lab::figures::{FIGURES, Figure, FigureError};
 use naoisis_record::record::encoder::{Layer, write_png};
@@ -46,23 +47,15 @@ fn scale(word: &str) -> Result<f32, String> {
 }
 
 /// Runs the command.
-pub fn figures(arguments: &FiguresArguments) -> ExitCode {
-    let model = match RobotModel::find(&arguments.robot) {
-        Ok(model) => model,
-        Err(error) => return no_model("--robot: ", &error),
-    };
+pub fn figures(arguments: &FiguresArguments) -> CommandResult {
+    let model = RobotModel::find(&arguments.robot).map_err(|error| no_model("--robot: ", &error))?;
     let chosen: Vec<(&Figure, PathBuf)> = FIGURES
         .iter()
         .filter(|figure| arguments.only.is_empty() || arguments.only.contains(&figure.number))
         .map(|figure| (figure, arguments.out.join(figure.file_name())))
         .collect();
-    if let Err(message) = prepare(&arguments.out, &chosen, arguments.force) {
-        return report::usage_error(&message);
-    }
-    let interrupt = match Interrupt::watch(|| {}) {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+    prepare(&arguments.out, &chosen, arguments.force).or_usage_error()?;
+    let interrupt = Interrupt::watch(|| {}).or_failure()?;
     let mut printer = Printer::default();
     for (figure, path) in chosen {
         if interrupt.is_stopped() {
@@ -76,16 +69,16 @@ pub fn figures(arguments: &FiguresArguments) -> ExitCode {
                 }
                 continue;
             }
-            Err(error) => return report::failure(&error.to_string()),
+            Err(error) => return Err(report::failure(&error.to_string())),
         };
-        if let Err(error) = write_png(&path, Layer::Colours, &image) {
-            return report::failure(&format!("{}: {error}", path.display()));
-        }
+        write_png(&path, Layer::Colours, &image)
+            .map_err(|error| format!("{}: {error}", path.display()))
+            .or_failure()?;
         if !arguments.quiet {
             printer.print(format_args!("{}\n", path.display()));
         }
     }
-    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+    Ok(interrupt.finish(printer.finish(ExitCode::SUCCESS)))
 }
 
 /// Creates the folder, and checks before the first figure is drawn that all can be written.

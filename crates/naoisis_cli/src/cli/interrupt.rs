@@ -5,6 +5,8 @@ use std::process::{self, ExitCode};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
+use super::report;
+
 /// State of the request to end the program. After the first signal the command may end in its own way. The second signal ends the program
 /// at once.
 #[derive(Resource, Clone, Debug, Default)]
@@ -34,6 +36,14 @@ impl Interrupt {
             on_first();
         })?;
         Ok(interrupt)
+    }
+
+    /// Watches for signals from now on, for commands that finish what is running at the first one.
+    ///
+    /// # Errors
+    /// When signals cannot be watched.
+    pub fn finish_running() -> Result<Self, String> {
+        Self::watch(|| report::note("finishing what is running; interrupt again to stop at once"))
     }
 
     /// Ends the program at once when a signal arrives, for commands that have no open files.

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use super::challenge::{read_results, verify, write};
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::challenge::{CHALLENGES, IMAGES, RECORD_SEED, UNSEEN};
@@ -49,20 +50,12 @@ struct Row {
 }
 
 /// Runs the command.
-pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> ExitCode {
+pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> CommandResult {
     let outputs = [("--json", &arguments.json), ("--html", &arguments.html)];
     let outputs = outputs.into_iter().filter_map(|(option, path)| Some(Output { option, path: path.clone()? }));
-    if let Err(message) = check_files(Path::new(""), &outputs.collect::<Vec<_>>(), arguments.force) {
-        return report::usage_error(&message);
-    }
-    let interrupt = match Interrupt::watch(|| report::note("finishing; interrupt again to stop at once")) {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
-    let files = match files_of(&arguments.folder) {
-        Ok(files) => files,
-        Err(message) => return report::usage_error(&message),
-    };
+    check_files(Path::new(""), &outputs.collect::<Vec<_>>(), arguments.force).or_usage_error()?;
+    let interrupt = Interrupt::finish_running().or_failure()?;
+    let files = files_of(&arguments.folder).or_usage_error()?;
     let mut printer = Printer::default();
     let mut status = ExitCode::SUCCESS;
     let mut rows = Vec::new();
@@ -73,7 +66,7 @@ pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> ExitCo
         let read = read_results(&path).and_then(|file| {
             if !arguments.verify
                 || verify(program, &file, (arguments.threads, arguments.programs), &interrupt, &mut printer)
-                    == ExitCode::SUCCESS
+                    == Ok(ExitCode::SUCCESS)
             {
                 return Ok(file);
             }
@@ -95,18 +88,14 @@ pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> ExitCo
     }
     sort(&mut rows);
     printer.print(table(&rows));
-    if let Some(path) = &arguments.json
-        && let Err(message) = write(path, "--json", to_string_pretty(&rows.iter().map(as_json).collect::<Vec<_>>()))
-    {
-        return report::failure(&message);
+    if let Some(path) = &arguments.json {
+        write(path, "--json", to_string_pretty(&rows.iter().map(as_json).collect::<Vec<_>>())).or_failure()?;
     }
-    if let Some(path) = &arguments.html
-        && let Err(problem) =
-            replace_file(path, |mut file| std::io::Write::write_all(&mut file, page(&rows).as_bytes()))
-    {
-        return report::failure(&format!("--html: {}: {problem}", path.display()));
+    if let Some(path) = &arguments.html {
+        let written = replace_file(path, |mut file| std::io::Write::write_all(&mut file, page(&rows).as_bytes()));
+        written.map_err(|problem| format!("--html: {}: {problem}", path.display())).or_failure()?;
     }
-    interrupt.finish(printer.finish(status))
+    Ok(interrupt.finish(printer.finish(status)))
 }
 
 /// The JSON files of a folder, sorted by name.

@@ -5,6 +5,7 @@ use clap::{Args, ValueEnum};
 use std::process::ExitCode;
 
 use super::report;
+use super::report::CommandResult;
 use super::terminal::Printer;
 use naoisis_agents::environment::Challenge;
 use naoisis_agents::environment::challenge::CHALLENGES;
@@ -54,7 +55,7 @@ pub enum Listing {
 }
 
 /// Prints names and descriptions, one line each.
-pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
+pub fn list(arguments: &ListArguments, world: &World) -> CommandResult {
     let registry = world.resource::<BehaviourRegistry>();
     let rows = match arguments.what {
         Listing::Scenarios => scenarios(),
@@ -73,14 +74,9 @@ pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
             Ok(formats.map(|(name, format)| (name.to_owned(), format.description.clone())).collect())
         }
     };
-    match rows {
-        Ok(rows) => {
-            let mut printer = Printer::default();
-            printer.print(table(&rows));
-            printer.finish(ExitCode::SUCCESS)
-        }
-        Err(error) => report::scenario_error(&error),
-    }
+    let mut printer = Printer::default();
+    printer.print(table(&rows.map_err(|error| report::scenario_error(&error))?));
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 fn scenarios() -> Result<Vec<(String, String)>, ScenarioError> {

@@ -13,6 +13,7 @@ use super::interrupt::Interrupt;
 use super::match_logs::CountedLogs;
 use super::match_realism_table::{definitions, table};
 use super::outputs::{Output, check_files};
+use super::report::{CommandResult, OrReport};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -109,24 +110,17 @@ impl MatchRealismArguments {
 }
 
 /// Counts the matches of `--logs`, plays those of `--match`, and prints the results.
-pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> ExitCode {
-    let mut real = match arguments.check() {
-        Ok(real) => real,
-        Err(message) => return report::usage_error(&message),
-    };
-    let file = match arguments.scenario.as_ref().map(|scenario| chosen(program, arguments, scenario)).transpose() {
-        Ok(file) => file,
-        Err(status) => return status,
-    };
+pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> CommandResult {
+    let mut real = arguments.check().or_usage_error()?;
+    let file = arguments.scenario.as_ref().map(|scenario| chosen(program, arguments, scenario)).transpose()?;
     if let Some(path) = &arguments.logs {
-        let logs = match CountedLogs::read(path, arguments.quiet) {
-            Ok(logs) => logs,
-            Err(message) => return report::usage_error(&format!("--logs: {message}")),
-        };
-        if let Some(path) = &arguments.write_real
-            && let Err(problem) = logs.write_figures(path, file.as_ref().map(|file| file.scenario.name.as_str()))
-        {
-            return report::failure(&format!("--write-real: {}: {problem}", path.display()));
+        let logs = CountedLogs::read(path, arguments.quiet)
+            .map_err(|message| format!("--logs: {message}"))
+            .or_usage_error()?;
+        if let Some(path) = &arguments.write_real {
+            logs.write_figures(path, file.as_ref().map(|file| file.scenario.name.as_str()))
+                .map_err(|problem| format!("--write-real: {}: {problem}", path.display()))
+                .or_failure()?;
         }
         if file.is_none() {
             let mut printer = Printer::default();
@@ -134,14 +128,12 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> Exi
                 printer.print(&logs);
             }
             let heading = json!({ "logs": path, "matches": logs.len() });
-            if let Err(message) = write_tables(arguments, heading, &logs.comparison) {
-                return report::failure(&message);
-            }
-            return printer.finish(ExitCode::SUCCESS);
+            write_tables(arguments, heading, &logs.comparison).or_failure()?;
+            return Ok(printer.finish(ExitCode::SUCCESS));
         }
         real.insert(0, logs.figures(None));
     }
-    file.map_or(ExitCode::SUCCESS, |file| play_and_compare(program, arguments, &file, &real))
+    file.map_or(Ok(ExitCode::SUCCESS), |file| play_and_compare(program, arguments, &file, &real))
 }
 
 /// Plays the matches of `file` and prints the comparison.
@@ -150,12 +142,8 @@ fn play_and_compare(
     arguments: &MatchRealismArguments,
     file: &ScenarioFile,
     real: &[RealFigures],
-) -> ExitCode {
-    let watched = Interrupt::watch(|| report::note("finishing the running matches; interrupt again to stop at once"));
-    let interrupt = match watched {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+) -> CommandResult {
+    let interrupt = Interrupt::finish_running().or_failure()?;
     let spread = arguments.spread.unwrap_or_else(|| RealFigures::spread(real, &file.scenario.name));
     let (played, failed) = play(program, arguments, file, spread, &interrupt);
     let comparison = Comparison::of(&played, real, &file.scenario.name);
@@ -172,18 +160,16 @@ fn play_and_compare(
         "matches": played.len(),
         "first_seed": arguments.seed,
     });
-    if let Err(message) = write_tables(arguments, heading, &comparison) {
-        return report::failure(&message);
-    }
+    write_tables(arguments, heading, &comparison).or_failure()?;
     let status = if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS };
-    interrupt.finish(printer.finish(status))
+    Ok(interrupt.finish(printer.finish(status)))
 }
 
 /// Prints the definition of each quantity.
-pub fn explain() -> ExitCode {
+pub fn explain() -> CommandResult {
     let mut printer = Printer::default();
     printer.print(definitions(&quantities(&[])));
-    printer.finish(ExitCode::SUCCESS)
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 /// Returns the scenario with realistic robots, and the teams and settings of the command line.
@@ -209,7 +195,7 @@ fn chosen(program: Program, arguments: &MatchRealismArguments, scenario: &str) -
             )));
         }
     }
-    teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    teams.choose(app.world(), &mut file).or_usage_error()?;
     Ok(file)
 }
 

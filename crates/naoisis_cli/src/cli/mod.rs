@@ -161,7 +161,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Ok(command_line) => command_line,
         Err(error) => return said_by_clap(&error),
     };
-    match command_line.command {
+    let result = match command_line.command {
         Some(Command::Play(arguments)) => play::play(program, &arguments),
         Some(Command::Run(arguments)) => run::run(program, &arguments),
         Some(Command::Serve(arguments)) => serve::serve(program, &arguments),
@@ -182,7 +182,8 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Dataset(arguments)) => dataset::dataset(program, &arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
-    }
+    };
+    result.unwrap_or_else(|status| status)
 }
 
 /// Prints an error of the command line, or the requested help or version. Returns the exit status.

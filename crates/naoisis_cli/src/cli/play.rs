@@ -2,13 +2,13 @@
 
 use clap::Args;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use super::agents::AgentArguments;
 use super::begin::is_snapshot;
 use super::game_controller::GameControllerArguments;
 use super::pictures::PictureArguments;
 use super::recordings::Recordings;
+use super::report::{CommandResult, OrReport};
 use super::run::{length_s, run, run_scenario};
 use super::run_arguments::RunArguments;
 use super::teams::TeamArguments;
@@ -61,21 +61,16 @@ impl PlayArguments {
 }
 
 /// Runs the command. Without a display the match is played headless, with a note, so that scripts do not wait.
-pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
+pub fn play(program: Program<'static>, arguments: &PlayArguments) -> CommandResult {
     let display = display();
     if let Some(name) = arguments.scenario.as_ref().filter(|name| is_snapshot(Path::new(name))) {
         return go_on(program, name, display, arguments);
     }
-    let (name, mut file) = match find(arguments, display.is_ok()) {
-        Ok(found) => found,
-        Err(errors) => return report::scenario_errors(&errors),
-    };
+    let (name, mut file) = find(arguments, display.is_ok()).map_err(|errors| report::scenario_errors(&errors))?;
     if let Some(seed) = arguments.seed {
         file.scenario.seed = seed;
     }
-    if let Err(message) = arguments.teams.choose(program.simulator().world(), &mut file) {
-        return report::usage_error(&message);
-    }
+    arguments.teams.choose(program.simulator().world(), &mut file).or_usage_error()?;
     play_file(program, name, &file, display, arguments)
 }
 
@@ -86,12 +81,12 @@ pub(super) fn play_file(
     file: &ScenarioFile,
     display: Result<(), &'static str>,
     arguments: &PlayArguments,
-) -> ExitCode {
+) -> CommandResult {
     match display {
         #[cfg(feature = "viewer")]
         Ok(()) => watch(program, &name, Some(file), arguments),
         #[cfg(not(feature = "viewer"))]
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => Ok(std::process::ExitCode::SUCCESS),
         Err(reason) => {
             let length_s = length_s(&file.scenario);
             report::note(&format!(
@@ -108,12 +103,12 @@ fn go_on(
     name: &str,
     display: Result<(), &'static str>,
     arguments: &PlayArguments,
-) -> ExitCode {
+) -> CommandResult {
     match display {
         #[cfg(feature = "viewer")]
         Ok(()) => watch(program, name, None, arguments),
         #[cfg(not(feature = "viewer"))]
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => Ok(std::process::ExitCode::SUCCESS),
         Err(reason) => {
             report::note(&format!("{reason}: continuing the match headless, as fast as it goes; Ctrl-C ends it"));
             run(program, &RunArguments { seed: arguments.seed, ..headless(name.to_owned(), arguments) })
@@ -198,7 +193,12 @@ fn adapter() -> Result<(), &'static str> {
 }
 
 #[cfg(feature = "viewer")]
-fn watch(program: Program<'static>, name: &str, file: Option<&ScenarioFile>, arguments: &PlayArguments) -> ExitCode {
+fn watch(
+    program: Program<'static>,
+    name: &str,
+    file: Option<&ScenarioFile>,
+    arguments: &PlayArguments,
+) -> CommandResult {
     use super::begin;
     use super::pictures::or_force;
     use super::window;
@@ -211,27 +211,18 @@ fn watch(program: Program<'static>, name: &str, file: Option<&ScenarioFile>, arg
     use naoisis_viewer::viewer::memory::ViewerMemory;
     use naoisis_viewer::viewer::start_page::StartPage;
 
-    let mut app = match window::open(program, &arguments.window) {
-        Ok(app) => app,
-        Err(message) => return report::usage_error(&message),
-    };
+    let mut app = window::open(program, &arguments.window).or_usage_error()?;
     match file {
         Some(file) => {
             app.insert_resource(arguments.agents.settings(name, &arguments.teams));
-            if let Err(fault) = app.start_match(&file.scenario) {
-                return report::scenario_error(&file.source.error(&fault));
-            }
+            app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
             app.insert_resource(PlayedFile(Some(file.clone())));
         }
         None => {
-            if let Err(message) = begin::restore(&mut app, name, &arguments.teams, &arguments.agents, arguments.seed) {
-                return report::usage_error(&message);
-            }
+            begin::restore(&mut app, name, &arguments.teams, &arguments.agents, arguments.seed).or_usage_error()?;
         }
     }
-    if let Err(message) = arguments.game_controller.start(app.world_mut()) {
-        return report::usage_error(&message);
-    }
+    arguments.game_controller.start(app.world_mut()).or_usage_error()?;
     // The program may be started in another folder the next time, so the path is absolute.
     let path = Path::new(name).canonicalize();
     if let Ok(path) = &path
@@ -254,7 +245,7 @@ fn watch(program: Program<'static>, name: &str, file: Option<&ScenarioFile>, arg
         let cleared = if arguments.force { remove_frames(folder) } else { Ok(()) };
         match cleared.and_then(|()| Film::create_frames(folder)) {
             Ok(film) => app.world_mut().resource_mut::<Filming>().begin(film, 0.0),
-            Err(error) => return report::usage_error(&format!("--record: {error}{}", or_force(&error))),
+            Err(error) => return Err(report::usage_error(&format!("--record: {error}{}", or_force(&error)))),
         }
     }
     window::show(app, &arguments.window)

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use super::interrupt::Interrupt;
 use super::match_realism::{MatchRealismArguments, explain, match_realism};
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_core::statistics::rounded;
@@ -32,7 +33,7 @@ pub struct RealismArguments {
 }
 
 /// Measures the robots, or plays the matches, and prints the tables.
-pub fn realism(program: Program, arguments: &RealismArguments) -> ExitCode {
+pub fn realism(program: Program, arguments: &RealismArguments) -> CommandResult {
     if arguments.matches.explain {
         return explain();
     }
@@ -41,29 +42,20 @@ pub fn realism(program: Program, arguments: &RealismArguments) -> ExitCode {
     }
     let chosen: Vec<RobotModel> = match &arguments.robot {
         None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),
-        Some(name) => match RobotModel::find(name) {
-            Ok(model) => vec![model],
-            Err(error) => return no_model("--robot: ", &error),
-        },
+        Some(name) => vec![RobotModel::find(name).map_err(|error| no_model("--robot: ", &error))?],
     };
     // There are no files to close.
-    if let Err(message) = Interrupt::end_at_once() {
-        return report::failure(&message);
-    }
+    Interrupt::end_at_once().or_failure()?;
     let mut printer = Printer::default();
     for model in chosen {
-        let measured = trials::measure(&model, arguments.repetitions);
-        match measured.and_then(|quantities| Ok((quantities, trials::not_measured(&model)?))) {
-            Ok((quantities, left_out)) => {
-                printer.print(table(&model, &quantities, &left_out, far(arguments.repetitions)));
-            }
-            Err(error) => return report::failure(&error.to_string()),
-        }
+        let quantities = trials::measure(&model, arguments.repetitions).or_failure()?;
+        let left_out = trials::not_measured(&model).or_failure()?;
+        printer.print(table(&model, &quantities, &left_out, far(arguments.repetitions)));
         if printer.is_closed() {
             break;
         }
     }
-    printer.finish(ExitCode::SUCCESS)
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 /// Reports the errors of the model that `argument` names; all of them if it is a file. Returns exit status 2.

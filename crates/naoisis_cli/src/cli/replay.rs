@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use super::convert::{ConvertArguments, convert};
 use super::play::display;
+use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
 use super::window::WindowArguments;
 use super::{Program, report};
@@ -37,7 +38,7 @@ pub struct ReplayArguments {
 const BROKEN_OFF: &str = "the trace is incomplete: it is shown as far as it goes";
 
 /// Runs the command. Without a display, the trace is read and summarised.
-pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
+pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> CommandResult {
     if let Some(file) = arguments.file.clone() {
         return convert(program, &ConvertArguments::to_file(arguments.trace.clone(), file, arguments.force));
     }
@@ -45,13 +46,13 @@ pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCod
         #[cfg(feature = "viewer")]
         Ok(()) => watch(program, arguments),
         #[cfg(not(feature = "viewer"))]
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => Ok(ExitCode::SUCCESS),
         Err(reason) => summarise(&arguments.trace, reason),
     }
 }
 
 /// Reads a trace and prints a summary.
-fn summarise(path: &Path, reason: &str) -> ExitCode {
+fn summarise(path: &Path, reason: &str) -> CommandResult {
     let progress = ProgressBar::new_spinner().with_message(format!("reading {}", path.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
         progress.set_style(style);
@@ -61,18 +62,14 @@ fn summarise(path: &Path, reason: &str) -> ExitCode {
         ControlFlow::Continue(())
     });
     progress.finish_and_clear();
-    match trace.map_err(|error| error.to_string()).and_then(|trace| not_empty(path, trace)) {
-        Ok(trace) => {
-            report::note(&format!("{reason}: printing a summary of the trace instead"));
-            if trace.ending == Ending::BrokenOff {
-                report::note(BROKEN_OFF);
-            }
-            let mut printer = Printer::default();
-            printer.print(summary(&trace));
-            printer.finish(ExitCode::SUCCESS)
-        }
-        Err(message) => report::usage_error(&message),
+    let trace = trace.map_err(|error| error.to_string()).and_then(|trace| not_empty(path, trace)).or_usage_error()?;
+    report::note(&format!("{reason}: printing a summary of the trace instead"));
+    if trace.ending == Ending::BrokenOff {
+        report::note(BROKEN_OFF);
     }
+    let mut printer = Printer::default();
+    printer.print(summary(&trace));
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 fn not_empty(path: &Path, trace: ReadTrace) -> Result<ReadTrace, String> {
@@ -83,12 +80,11 @@ fn not_empty(path: &Path, trace: ReadTrace) -> Result<ReadTrace, String> {
 }
 
 #[cfg(feature = "viewer")]
-fn watch(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
+fn watch(program: Program<'static>, arguments: &ReplayArguments) -> CommandResult {
     use super::window;
     use naoisis_viewer::viewer::match_panel::trace_reading::TraceReading;
     use naoisis_viewer::viewer::memory::ViewerMemory;
-    use naoisis_viewer::viewer::shared::Notice;
-    use naoisis_viewer::viewer::shared::OpenedTrace;
+    use naoisis_viewer::viewer::shared::{OpenedTrace, Playback};
     use naoisis_viewer::viewer::timeline;
 
     let path = &arguments.trace;
@@ -97,18 +93,12 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
         Ok(()) => reading.wait().map_err(|error| error.map_or_else(String::new, |error| error.to_string())),
         Err(error) => Err(format!("{}: cannot be read: {error}", path.display())),
     };
-    let trace = match trace.and_then(|trace| not_empty(path, trace)) {
-        Ok(trace) => trace,
-        Err(message) => return report::usage_error(&message),
-    };
-    let mut app = match window::open(program, &arguments.window) {
-        Ok(app) => app,
-        Err(message) => return report::usage_error(&message),
-    };
+    let trace = trace.and_then(|trace| not_empty(path, trace)).or_usage_error()?;
+    let mut app = window::open(program, &arguments.window).or_usage_error()?;
     let ending = trace.ending;
-    if let Err(fault) = timeline::start_replay(app.world_mut(), trace) {
-        return report::usage_error(&format!("{}:1: {fault}", path.display()));
-    }
+    timeline::start_replay(app.world_mut(), trace)
+        .map_err(|fault| format!("{}:1: {fault}", path.display()))
+        .or_usage_error()?;
     if ending == Ending::NotYet {
         app.insert_resource(reading);
     }
@@ -118,7 +108,7 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     }
     if ending == Ending::BrokenOff {
         report::note(BROKEN_OFF);
-        app.world_mut().resource_mut::<Notice>().tell(BROKEN_OFF);
+        app.world_mut().resource_mut::<Playback>().problem = Some(format!("{}: {BROKEN_OFF}", path.display()));
     }
     window::show(app, &arguments.window)
 }

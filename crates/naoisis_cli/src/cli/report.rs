@@ -2,6 +2,7 @@
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use core::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
@@ -22,6 +23,34 @@ pub fn failure(message: &str) -> ExitCode {
 pub fn usage_error(message: &str) -> ExitCode {
     print_error(&format!("error: {message}"));
     ExitCode::from(USAGE_ERROR)
+}
+
+/// The exit status of a command. It is an error if a problem, which has been reported, ended the command.
+pub type CommandResult = Result<ExitCode, ExitCode>;
+
+/// Reports errors that end a command. The error of the result is the exit status.
+pub trait OrReport<T> {
+    /// Reports an error in arguments or files.
+    ///
+    /// # Errors
+    /// Exit status 2.
+    fn or_usage_error(self) -> Result<T, ExitCode>;
+
+    /// Reports a failure of a running command.
+    ///
+    /// # Errors
+    /// Exit status 1.
+    fn or_failure(self) -> Result<T, ExitCode>;
+}
+
+impl<T, E: Display> OrReport<T> for Result<T, E> {
+    fn or_usage_error(self) -> Result<T, ExitCode> {
+        self.map_err(|error| usage_error(&error.to_string()))
+    }
+
+    fn or_failure(self) -> Result<T, ExitCode> {
+        self.map_err(|error| failure(&error.to_string()))
+    }
 }
 
 /// Reports an error of a scenario file, with its line on a terminal. Returns exit status 2.

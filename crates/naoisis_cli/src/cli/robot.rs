@@ -11,6 +11,7 @@ use super::notes;
 use super::outputs::EXISTS;
 use super::realism::no_model;
 use super::report;
+use super::report::{CommandResult, OrReport};
 use super::robot_import::{ImportArguments, import};
 use super::robot_sheet::{draw_sheet, sheet_name};
 use super::terminal::Printer;
@@ -46,25 +47,20 @@ pub struct ShowArguments {
 }
 
 /// Runs the command.
-pub fn robot(arguments: &RobotArguments) -> ExitCode {
+pub fn robot(arguments: &RobotArguments) -> CommandResult {
     match &arguments.command {
         RobotCommand::Show(arguments) => show(arguments),
         RobotCommand::Import(arguments) => import(arguments),
     }
 }
 
-fn show(arguments: &ShowArguments) -> ExitCode {
-    let model = match RobotModel::find(&arguments.model) {
-        Ok(model) => model,
-        Err(error) => return no_model("", &error),
-    };
+fn show(arguments: &ShowArguments) -> CommandResult {
+    let model = RobotModel::find(&arguments.model).map_err(|error| no_model("", &error))?;
     let sheet = arguments.out.as_ref().map(|folder| folder.join(sheet_name(&model.name)));
     if let (Some(folder), Some(path)) = (&arguments.out, &sheet) {
-        if let Err(error) = fs::create_dir_all(folder) {
-            return report::usage_error(&format!("--out: {}: {error}", folder.display()));
-        }
+        fs::create_dir_all(folder).map_err(|error| format!("--out: {}: {error}", folder.display())).or_usage_error()?;
         if path.exists() && !arguments.force {
-            return report::usage_error(&format!("--out: {}: {EXISTS}", path.display()));
+            return Err(report::usage_error(&format!("--out: {}: {EXISTS}", path.display())));
         }
     }
     let mut printer = Printer::default();
@@ -73,12 +69,10 @@ fn show(arguments: &ShowArguments) -> ExitCode {
         printer.print(format_args!("\nnote: {words}\n"));
     }
     if let Some(path) = &sheet {
-        if let Err(problem) = draw_sheet(&model, path) {
-            return report::failure(&problem);
-        }
+        draw_sheet(&model, path).or_failure()?;
         printer.print(format_args!("\n{}\n", path.display()));
     }
-    printer.finish(ExitCode::SUCCESS)
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 /// Greatest width of the column of values, letters.

@@ -9,6 +9,7 @@ use std::str::FromStr;
 use super::notes;
 use super::outputs::{self, Output};
 use super::report;
+use super::report::{CommandResult, OrReport};
 use super::robot_sheet::{draw_sheet, sheet_name};
 use super::terminal::Printer;
 use naoisis_lab::description::{ImportOptions, Imported, import as make_model};
@@ -63,7 +64,7 @@ impl FromStr for Angle {
 }
 
 /// Makes a model from a description, and writes it with its sheet. Prints the figures that were found and not found, and what to measure.
-pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
+pub(super) fn import(arguments: &ImportArguments) -> CommandResult {
     let options = ImportOptions {
         name: arguments.name.clone(),
         head_yaw: arguments.head_yaw.clone(),
@@ -72,20 +73,13 @@ pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
         camera_info: arguments.camera_info.clone(),
         stand: arguments.stand.iter().map(|Angle(joint, angle)| (joint.clone(), *angle)).collect(),
     };
-    let imported = match make_model(&arguments.file, &options) {
-        Ok(imported) => imported,
-        Err(error) => return report::usage_error(&error.to_string()),
-    };
+    let imported = make_model(&arguments.file, &options).or_usage_error()?;
     let sheet = arguments.out.join(sheet_name(&imported.name));
     let model = sheet.with_extension("ron");
     let files = [&model, &sheet].map(|path| Output { option: "--out", path: path.clone() });
-    if let Err(problem) = outputs::check_files(&arguments.file, &files, arguments.force) {
-        return report::usage_error(&problem);
-    }
+    outputs::check_files(&arguments.file, &files, arguments.force).or_usage_error()?;
     let written = fs::create_dir_all(&arguments.out).and_then(|()| fs::write(&model, &imported.text));
-    if let Err(problem) = written {
-        return report::failure(&format!("{}: {problem}", model.display()));
-    }
+    written.map_err(|problem| format!("{}: {problem}", model.display())).or_failure()?;
     let mut printer = Printer::default();
     printer.print(findings(&imported));
     let path = model.to_string_lossy();
@@ -93,20 +87,18 @@ pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
         Some(Ok(checked)) => checked,
         Some(Err(errors)) => {
             printer.print(format_args!("\n{path}: it cannot play yet: mend what is wrong in it\n"));
-            return printer.finish(report::scenario_errors(&errors));
+            return Ok(printer.finish(report::scenario_errors(&errors)));
         }
-        None => return report::failure(&format!("{path}: it cannot be read again")),
+        None => return Err(report::failure(&format!("{path}: it cannot be read again"))),
     };
     for words in notes::of_model(&checked) {
         printer.print(format_args!("\nnote: {words}\n"));
     }
-    if let Err(problem) = draw_sheet(&checked, &sheet) {
-        return report::failure(&problem);
-    }
+    draw_sheet(&checked, &sheet).or_failure()?;
     printer.print(format_args!("\n{path}\n{}\n", sheet.display()));
     let path = if model.is_absolute() || path.starts_with('.') { path.into_owned() } else { format!("./{path}") };
     printer.print(format_args!("\nto play with it: naoisis run match3v3 --set model={path} --set realism=realistic\n"));
-    printer.finish(ExitCode::SUCCESS)
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 /// Returns a text about the figures that were found and not found, and those to measure.

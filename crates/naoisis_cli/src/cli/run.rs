@@ -13,6 +13,7 @@ use super::agents::connected;
 use super::expect::{print_verdicts, write_junit};
 use super::interrupt::Interrupt;
 use super::pace::Pace;
+use super::report::{CommandResult, OrReport};
 use super::run_arguments::RunArguments;
 use super::run_summary::{Outcome, summary, tally, title, words_of};
 use super::terminal::Printer;
@@ -21,7 +22,7 @@ use naoisis_agents::agents::server::{Address, Server, free_robots};
 use naoisis_agents::agents::{self, AgentPlayer, AgentSettings, BreakOff, PlayedElsewhere, remote_robots};
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::{CycleEvents, MatchEvent};
-use naoisis_core::game::{Game, Rules};
+use naoisis_core::game::{Game, GameState, Rules};
 use naoisis_core::referee::report::report as match_report;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{PerTeam, RobotId};
@@ -40,12 +41,12 @@ const CYCLES_PER_PROGRESS: u64 = 16;
 const PAUSED: Duration = Duration::from_millis(10);
 
 /// Runs the command.
-pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
+pub fn run(program: Program, arguments: &RunArguments) -> CommandResult {
     run_match(program, arguments, None, |app| begin::begin(app, arguments))
 }
 
 /// Plays a scenario with the other arguments of the command.
-pub fn run_scenario(program: Program, file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
+pub fn run_scenario(program: Program, file: &ScenarioFile, arguments: &RunArguments) -> CommandResult {
     run_match(program, arguments, None, |app| begin::begin_with(app, file, arguments))
 }
 
@@ -55,57 +56,32 @@ pub(super) fn run_match(
     arguments: &RunArguments,
     listen: Option<&Address>,
     begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
-) -> ExitCode {
+) -> CommandResult {
     // If a graphics adapter is needed and missing, that is reported elsewhere.
     let filter = "warn,wgpu_hal::vulkan::instance=off,rustdds=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
     let mut app = program.simulator_with((log, RecordPlugin));
-    if let Err(message) = arguments.check_outputs() {
-        return report::usage_error(&message);
-    }
-    if let Err(status) = begin(&mut app) {
-        return status;
-    }
+    arguments.check_outputs().or_usage_error()?;
+    begin(&mut app)?;
     let scenario = app.world().resource::<Scenario>().clone();
-    if let Err(message) = arguments.expectations.check(&scenario) {
-        return report::usage_error(&message);
-    }
-    if let Err(message) = arguments.check_time_of_saving(app.world(), &scenario) {
-        return report::usage_error(&message);
-    }
-    if let Err(message) = arguments.network_of_many() {
-        return report::usage_error(&message);
-    }
-    if arguments.expectations.asks_for_many()
-        && let Err(message) = refuse_real_time(app.world())
-    {
-        return report::usage_error(&message);
-    }
-    let interrupt = match Interrupt::watch(|| {}) {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+    check_arguments(app.world(), &scenario, arguments).or_usage_error()?;
+    let interrupt = Interrupt::watch(|| {}).or_failure()?;
     let watched = interrupt.clone();
     app.world_mut().resource_mut::<AgentSettings>().break_off = Some(BreakOff(Arc::new(move || watched.is_stopped())));
-    if let Err(message) = arguments.game_controller.start(app.world_mut()) {
-        return report::usage_error(&message);
-    }
-    if let Err(error) = agents::start_programs(app.world_mut()) {
-        return report::usage_error(&error.to_string());
-    }
+    arguments.game_controller.start(app.world_mut()).or_usage_error()?;
+    agents::start_programs(app.world_mut()).or_usage_error()?;
     #[cfg(feature = "booster")]
     arguments.booster.start(app.world_mut());
-    let mut server = match listen.map(|address| let_programs_in(app.world_mut(), address, &interrupt)).transpose() {
-        Err(message) => return report::usage_error(&message),
-        Ok(server) => server.flatten(),
+    let mut server = match listen {
+        Some(address) => let_programs_in(app.world_mut(), address, &interrupt).or_usage_error()?,
+        None => None,
     };
     if server.is_none() {
         tell_of_nobodys_robots(app.world());
     }
-    match arguments.recordings.open(app.world(), arguments.force) {
-        Ok(recorders) if recorders.is_empty() => {}
-        Ok(recorders) => recorder::start(app.world_mut(), recorders),
-        Err(message) => return report::usage_error(&message),
+    let recorders = arguments.recordings.open(app.world(), arguments.force).or_usage_error()?;
+    if !recorders.is_empty() {
+        recorder::start(app.world_mut(), recorders);
     }
     let taken = arguments.recordings.take_standard_output();
     let mut printer = if taken { Printer::to_stderr() } else { Printer::default() };
@@ -138,7 +114,15 @@ pub(super) fn run_match(
         Err(_) => status,
     };
     let status = printer.finish(status);
-    if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
+    Ok(if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status })
+}
+
+/// Checks the arguments that depend on the match.
+fn check_arguments(world: &World, scenario: &Scenario, arguments: &RunArguments) -> Result<(), String> {
+    arguments.expectations.check(scenario)?;
+    arguments.check_time_of_saving(world, scenario)?;
+    arguments.network_of_many()?;
+    if arguments.expectations.asks_for_many() { refuse_real_time(world) } else { Ok(()) }
 }
 
 /// Prints a note about robots that stand still because no program can connect.
@@ -189,7 +173,7 @@ fn judge(
     }
     let mut verdicts = expectations::judge(&outcome.watch, &expectations.of_match());
     let settings = app.world().get_resource::<AgentSettings>().cloned().unwrap_or_default();
-    let network = arguments.network_of_many().map_err(|message| report::usage_error(&message))?;
+    let network = arguments.network_of_many().or_usage_error()?;
     let simulator = || connected(program.simulator(), &settings, network.as_ref());
     verdicts.extend(expectations.judge_many(simulator, scenario, interrupt).map_err(|message| {
         let status = report::failure(&message);
@@ -198,7 +182,7 @@ fn judge(
     let all_hold = print_verdicts(printer, &verdicts, arguments.quiet);
     if let Some(path) = &expectations.junit {
         let written = write_junit(path, &[(arguments.scenario.clone(), Ok(verdicts))]);
-        written.map_err(|message| report::failure(&message))?;
+        written.or_failure()?;
     }
     if all_hold { Ok(()) } else { Err(ExitCode::FAILURE) }
 }
@@ -221,7 +205,7 @@ fn run_to_the_end(
     let period_s = world.resource::<CycleClock>().period_s;
     let last_cycle = scenario.last_cycle();
     let progress = progress_bar(length_s(scenario), arguments.quiet);
-    let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
+    let mut outcome = Outcome::default();
     let expected = arguments.expectations.of_match();
     outcome.watch = Watch::begin(world, &expected);
     let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
@@ -238,19 +222,8 @@ fn run_to_the_end(
         if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
             progress.set_position((cycle as f64 * period_s) as u64);
         }
-        if world.resource::<Game>().state == naoisis_core::game::GameState::Finished {
-            outcome.reason = EndReason::FinalWhistle;
-            break;
-        }
-        if last_cycle.is_some_and(|last| cycle >= last) {
-            break;
-        }
-        if interrupt.is_stopped() {
-            outcome.reason = EndReason::Interrupted;
-            break;
-        }
-        if world.get_resource::<Recorders>().is_some_and(Recorders::has_failed) {
-            outcome.reason = EndReason::Failed;
+        if let Some(reason) = end_reason(world, last_cycle, interrupt) {
+            outcome.reason = reason;
             break;
         }
         if let Some(live) = world.get_resource::<LiveControl>() {
@@ -268,38 +241,61 @@ fn run_to_the_end(
         if !expected.is_empty() {
             outcome.watch.observe(world, &expected);
         }
-        let time_s = world.resource::<CycleClock>().end_time_s();
-        let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
-        for event in world.resource::<CycleEvents>().iter() {
-            if arguments.explain
-                && let Some(text) = match_report(time_s, to_play_s, event)
-            {
-                *outcome.decisions.entry(event.kind()).or_default() += 1;
-                progress.suspend(|| printer.print(format_args!("{text}\n")));
-            }
-            match event {
-                MatchEvent::AgentLost { robot, message, .. } => {
-                    outcome.agents_lost[robot.team] += 1;
-                    progress.suspend(|| report::note(&format!("{robot} lost its program at {time_s:.2} s: {message}")));
-                }
-                MatchEvent::CommandRefused { robot, command, reason } if is_played_by_program(world, *robot) => {
-                    *outcome.refused.entry((*robot, *command, *reason)).or_default() += 1;
-                }
-                MatchEvent::Kick { robot, kick_type, reason: Some(reason), .. }
-                    if is_played_by_program(world, *robot) =>
-                {
-                    *outcome.missed.entry((*robot, kick_type.to_string(), *reason)).or_default() += 1;
-                }
-                MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
-                MatchEvent::InvariantBroken { message } => {
-                    outcome.broken_invariants.push(format!("{time_s:.2} s: {message}"));
-                }
-                _ => {}
-            }
-        }
+        note_events(world, &mut outcome, &progress, printer, arguments);
     }
     progress.finish_and_clear();
     outcome
+}
+
+/// Returns why the match ends before its next cycle. Returns `None` if it goes on.
+fn end_reason(world: &World, last_cycle: Option<u64>, interrupt: &Interrupt) -> Option<EndReason> {
+    if world.resource::<Game>().state == GameState::Finished {
+        return Some(EndReason::FinalWhistle);
+    }
+    if last_cycle.is_some_and(|last| world.resource::<CycleClock>().cycle >= last) {
+        return Some(EndReason::Duration);
+    }
+    if interrupt.is_stopped() {
+        return Some(EndReason::Interrupted);
+    }
+    world.get_resource::<Recorders>().is_some_and(Recorders::has_failed).then_some(EndReason::Failed)
+}
+
+/// Takes the events of the cycle into `outcome`, and prints those that the user is told at once.
+fn note_events(
+    world: &World,
+    outcome: &mut Outcome,
+    progress: &ProgressBar,
+    printer: &mut Printer,
+    arguments: &RunArguments,
+) {
+    let time_s = world.resource::<CycleClock>().end_time_s();
+    let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
+    for event in world.resource::<CycleEvents>().iter() {
+        if arguments.explain
+            && let Some(text) = match_report(time_s, to_play_s, event)
+        {
+            *outcome.decisions.entry(event.kind()).or_default() += 1;
+            progress.suspend(|| printer.print(format_args!("{text}\n")));
+        }
+        match event {
+            MatchEvent::AgentLost { robot, message, .. } => {
+                outcome.agents_lost[robot.team] += 1;
+                progress.suspend(|| report::note(&format!("{robot} lost its program at {time_s:.2} s: {message}")));
+            }
+            MatchEvent::CommandRefused { robot, command, reason } if is_played_by_program(world, *robot) => {
+                *outcome.refused.entry((*robot, *command, *reason)).or_default() += 1;
+            }
+            MatchEvent::Kick { robot, kick_type, reason: Some(reason), .. } if is_played_by_program(world, *robot) => {
+                *outcome.missed.entry((*robot, kick_type.to_string(), *reason)).or_default() += 1;
+            }
+            MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
+            MatchEvent::InvariantBroken { message } => {
+                outcome.broken_invariants.push(format!("{time_s:.2} s: {message}"));
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Returns the length of a match by its own clock, s: without time that the referee adds.

@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use std::process::ExitCode;
 
+use super::report::CommandResult;
 use super::terminal::Printer;
 use naoisis_agents::agents::schema::schema;
 use naoisis_sim::scenario::FileKind;
@@ -30,7 +31,7 @@ enum What {
 }
 
 /// Runs the command.
-pub fn print_schema(arguments: &SchemaArguments) -> ExitCode {
+pub fn print_schema(arguments: &SchemaArguments) -> CommandResult {
     let schema = match arguments.what {
         What::Messages => schema(),
         What::Scenario => FileKind::Scenario.schema(),
@@ -40,5 +41,5 @@ pub fn print_schema(arguments: &SchemaArguments) -> ExitCode {
     };
     let mut printer = Printer::default();
     printer.print(format_args!("{schema:#}\n"));
-    printer.finish(ExitCode::SUCCESS)
+    Ok(printer.finish(ExitCode::SUCCESS))
 }

@@ -2,8 +2,8 @@
 
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
-use std::process::ExitCode;
 
+use super::report::CommandResult;
 use super::run::run_match;
 use super::run_arguments::RunArguments;
 use super::{Program, begin};
@@ -24,7 +24,7 @@ pub struct ServeArguments {
 }
 
 /// Runs the command: waits until every remote robot is played, then runs the match.
-pub fn serve(program: Program, arguments: &ServeArguments) -> ExitCode {
+pub fn serve(program: Program, arguments: &ServeArguments) -> CommandResult {
     run_match(program, &arguments.run, Some(&arguments.listen), |app| {
         begin::begin(app, &arguments.run)?;
         app.world_mut().resource_mut::<AgentSettings>().token.clone_from(&arguments.token);

@@ -7,6 +7,7 @@ use super::calibrate::found;
 use super::interrupt::Interrupt;
 use super::realism::no_model;
 use super::report;
+use super::report::{CommandResult, OrReport};
 use super::run_arguments::realism;
 use super::terminal::Printer;
 use naoisis_core::random::RandomStream;
@@ -92,20 +93,12 @@ impl VisionArguments {
 }
 
 /// Draws the scenes and prints which of the objects in them were detected.
-pub fn vision(arguments: &VisionArguments) -> ExitCode {
-    let file = match arguments.file() {
-        Ok(file) => file,
-        Err(status) => return status,
-    };
+pub fn vision(arguments: &VisionArguments) -> CommandResult {
+    let file = arguments.file()?;
     let conditions = arguments.conditions(&file);
-    let model = match model_to_fit(arguments, &file) {
-        Ok(model) => model,
-        Err(status) => return status,
-    };
+    let model = model_to_fit(arguments, &file)?;
     // There are no files to close.
-    if let Err(message) = Interrupt::end_at_once() {
-        return report::failure(&message);
-    }
+    Interrupt::end_at_once().or_failure()?;
     let mut printer = Printer::default();
     let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
     let table = accuracy::measure(arguments.scenes as usize, &conditions, &mut stream);
@@ -122,7 +115,7 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
             printer.print(format_args!("{}, realism {realism}: {table}\n", arguments.scenario));
         }
     }
-    printer.finish(ExitCode::SUCCESS)
+    Ok(printer.finish(ExitCode::SUCCESS))
 }
 
 /// Returns the model of the robots, for --fit.

@@ -15,6 +15,7 @@ use super::challenge::threads;
 use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
+use super::report::{CommandResult, OrReport};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -80,36 +81,24 @@ pub struct WhatIfArguments {
 }
 
 /// Runs the command.
-pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
+pub fn whatif(program: Program, arguments: &WhatIfArguments) -> CommandResult {
     let input = trace_and_time(&arguments.moment).map_or(Path::new(&arguments.moment), |(trace, _)| trace);
     if let Some(path) = &arguments.json {
         let output = Output { option: "--json", path: path.clone() };
-        if let Err(message) = check_files(input, &[output], arguments.force) {
-            return report::usage_error(&message);
-        }
+        check_files(input, &[output], arguments.force).or_usage_error()?;
     }
     let cores = threads(arguments.threads);
-    let network = match arguments.game_controller.of_many(cores) {
-        Ok(network) => network,
-        Err(message) => return report::usage_error(&message),
-    };
+    let network = arguments.game_controller.of_many(cores).or_usage_error()?;
     let settings = arguments.agents.settings(&arguments.moment, &arguments.teams);
     let simulator = || connected(program.simulator(), &settings, network.as_ref());
     let mut app = simulator();
     let gone = go_to_moment(&mut app, arguments);
     agents::dismiss(app.world_mut(), "end");
-    let (moment, again) = match gone.and_then(|again| Ok((moment_of(&mut app)?, again))) {
-        Ok(moment) => moment,
-        Err(status) => return status,
-    };
+    let (moment, again) = gone.and_then(|again| Ok((moment_of(&mut app)?, again)))?;
     if app.world().resource::<Game>().state == GameState::Finished {
-        return report::usage_error("the match is over at that moment; expected an earlier one");
+        return Err(report::usage_error("the match is over at that moment; expected an earlier one"));
     }
-    let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
-    let interrupt = match watched {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
+    let interrupt = Interrupt::finish_running().or_failure()?;
     let branches = Continuations {
         times: arguments.times as usize,
         for_s: f64::from(arguments.until),
@@ -137,9 +126,7 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
         }
     };
     progress.finish_and_clear();
-    if let Err(message) = played {
-        return report::failure(&message);
-    }
+    played.or_failure()?;
     let outcomes = Outcomes::of(&rows);
     if let Some(note) = note_of_losses(&rows) {
         report::note(&note);
@@ -155,15 +142,13 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
             serde_json::to_writer_pretty(&mut file, &value)?;
             std::io::Write::write_all(&mut file, b"\n")
         });
-        if let Err(problem) = written {
-            return report::failure(&format!("--json: {}: {problem}", path.display()));
-        }
+        written.map_err(|problem| format!("--json: {}: {problem}", path.display())).or_failure()?;
     }
     let mut printer = Printer::default();
     if !arguments.quiet {
         printer.print(in_words(&moment, &scenario.name, &realism, arguments.until, &outcomes));
     }
-    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+    Ok(interrupt.finish(printer.finish(ExitCode::SUCCESS)))
 }
 
 /// A note about programs that were lost; `None` if none was.
@@ -244,7 +229,7 @@ impl PlayedAgain {
 }
 
 fn moment_of(app: &mut App) -> Result<Moment, ExitCode> {
-    Moment::of(app.world_mut()).map_err(|error| report::failure(&error.to_string()))
+    Moment::of(app.world_mut()).or_failure()
 }
 
 /// Brings the match in `app` to the moment, with the settings of the command line. Returns how branches get there, if programs play.
@@ -252,7 +237,7 @@ fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<Option<Pla
     let path = Path::new(&arguments.moment);
     let (mut scenario, mut traced) = (None, Vec::new());
     if is_snapshot(path) {
-        let snapshot = Snapshot::load(path, app.world()).map_err(|error| report::usage_error(&error.to_string()))?;
+        let snapshot = Snapshot::load(path, app.world()).or_usage_error()?;
         snapshot
             .restore(app.world_mut())
             .map_err(|error| report::usage_error(&format!("{}: {error}", path.display())))?;
@@ -298,10 +283,10 @@ fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<Option<Sce
     let saved = SavedMatch::of_bytes(moment.bytes()).map_err(|error| failure(&error))?;
     let scenario = saved.scenario().map_err(|error| failure(&error))?;
     let text = Scenario { from: Some(saved), ..scenario }.resolved_json();
-    let text = text.map_err(|error| report::failure(&error.to_string()))?;
+    let text = text.or_failure()?;
     let file = ScenarioFile::from_text(&text, Format::Json, &arguments.moment);
     let mut file = file.map_err(|error| report::scenario_error(&error))?;
-    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    arguments.teams.choose(app.world(), &mut file).or_usage_error()?;
     app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
     Ok(Some(file.scenario))
 }
@@ -313,7 +298,7 @@ fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<Scenar
     if file.scenario.from.is_none() {
         return Err(no_moment(&arguments.moment));
     }
-    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    arguments.teams.choose(app.world(), &mut file).or_usage_error()?;
     app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
     Ok(file.scenario)
 }
@@ -365,7 +350,7 @@ fn remote_teams(app: &mut App) -> Vec<Team> {
 /// Returns its scenario, and what the trace has of the programs.
 fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<TracedCycle>), ExitCode> {
     let usage_error = |message: String| report::usage_error(&format!("{}: {message}", path.display()));
-    let mut trace = TraceReader::open(path).map_err(|error| report::usage_error(&error.to_string()))?;
+    let mut trace = TraceReader::open(path).or_usage_error()?;
     if time_s < 0.0 {
         return Err(usage_error(format!("there is no moment at {time_s} s")));
     }
@@ -374,7 +359,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
     let commanded = if trace.fields().has("robots.command") { remote_robots(app) } else { Vec::new() };
     let (mut last_s, mut cycles) = (0.0, Vec::new());
     loop {
-        let record = trace.next_cycle().map_err(|error| report::usage_error(&error.to_string()))?;
+        let record = trace.next_cycle().or_usage_error()?;
         let Some(record) = record else {
             return Err(usage_error(format!("the trace ends at {last_s:.1} s; there is no moment at {time_s} s")));
         };

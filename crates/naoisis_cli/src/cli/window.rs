@@ -80,7 +80,7 @@ pub(super) fn open(program: super::Program<'static>, arguments: &WindowArguments
 
 /// Shows the window until it is closed, at the time and with the robot of the command line.
 #[cfg(feature = "viewer")]
-pub(super) fn show(mut app: bevy::app::App, arguments: &WindowArguments) -> std::process::ExitCode {
+pub(super) fn show(mut app: bevy::app::App, arguments: &WindowArguments) -> super::report::CommandResult {
     use super::interrupt::Interrupt;
     use bevy::app::AppExit;
     use naoisis_core::robot::Roster;
@@ -90,7 +90,7 @@ pub(super) fn show(mut app: bevy::app::App, arguments: &WindowArguments) -> std:
 
     if let Some(robot) = arguments.select {
         if app.world().resource::<Roster>().get(robot).is_none() {
-            return super::report::usage_error(&format!("--select {robot}: the match has no such robot"));
+            return Err(super::report::usage_error(&format!("--select {robot}: the match has no such robot")));
         }
         app.insert_resource(Selection(Some(robot)));
     }
@@ -100,8 +100,8 @@ pub(super) fn show(mut app: bevy::app::App, arguments: &WindowArguments) -> std:
     // The app no longer exists after the window is closed.
     let interrupt = app.world().resource::<Interrupt>().clone();
     match app.run() {
-        AppExit::Error(code) if !interrupt.is_stopped() => ExitCode::from(code.get()),
-        AppExit::Success | AppExit::Error(_) => interrupt.finish(ExitCode::SUCCESS),
+        AppExit::Error(code) if !interrupt.is_stopped() => Err(ExitCode::from(code.get())),
+        AppExit::Success | AppExit::Error(_) => Ok(interrupt.finish(ExitCode::SUCCESS)),
     }
 }
 
