@@ -65,6 +65,7 @@
 //! | `picture`, [`film`] | pictures and recordings of the window |
 //! | [`first_frame`] | the time until the first frame |
 //! | [`report_state`] | the state of the window as JSON lines |
+//! | `window_icon` | the icon of the window |
 //! | `window_title` | the title of the window |
 //! | [`widgets`] | the buttons and boxes of the panels, by name |
 //! | [`theme`], `layout`, `floating` | dark and light panels, and their layout |
@@ -150,6 +151,7 @@ mod timeline_bar;
 pub mod unrecognised;
 pub mod watch;
 pub mod widgets;
+mod window_icon;
 mod window_title;
 pub mod workspace;
 
@@ -234,6 +236,7 @@ impl PluginGroup for ViewerPlugins {
             .add(frame_cost::FrameCostPlugin)
             .add(memory::MemoryPlugin)
             .add(widgets::WidgetsPlugin)
+            .add(window_icon::WindowIconPlugin)
             .add(window_title::WindowTitlePlugin)
             .add(report_state::ReportStatePlugin)
     }
