@@ -1,8 +1,8 @@
 //! Images of the robots' cameras for the panels, drawn only for cameras that are watched.
 //!
-//! They are drawn by the software renderer that also draws the images for robots, of the instant at which the robots
-//! sensed, so detections lie on the objects. If a robot sees by images of its own, these are shown. Overlays are not
-//! part of the rendered scene, so no camera sees them.
+//! They are drawn by the software renderer that also draws the images for robots, of the instant of exposure: the robot's
+//! vision may be late, so detections lie on the objects of an earlier cycle than the one that is shown. If a robot sees by
+//! images of its own, these are shown. Overlays are not part of the rendered scene, so no camera sees them.
 
 use bevy::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,6 +25,7 @@ use naoisis_sensing::sensing::camera::software::{Detail, PreparedScene, Renderer
 use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings};
 use naoisis_sensing::sensing::jobs::{self, SensingThreads};
 use naoisis_sensing::sensing::scene::SensingSystems;
+use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::interface::cycle_record::{BallRecord, CycleRecord};
 use naoisis_sim::scenario::Scenario;
 
@@ -46,7 +47,7 @@ impl Plugin for CameraImagesPlugin {
             .add_systems(First, forget_scene.run_if(resource_exists_and_changed::<Scenario>))
             .add_systems(
                 Update,
-                (find_past_scene, draw_watched)
+                (find_past_scenes, draw_watched)
                     .chain()
                     .in_set(CameraImagesSystems)
                     .run_if(|watched: Res<Watched>| !watched.cameras.is_empty()),
@@ -65,10 +66,17 @@ pub struct Watched {
     pub cameras: BTreeSet<(RobotId, CameraName)>,
 }
 
-/// The scene of the match when the robots sensed it last.
+/// The scene of the match when the robots sensed it last, and those of the exposures of robots with late vision.
 #[derive(Resource, Default, Debug)]
 pub struct SensedScene {
-    /// The cycle in which they sensed it.
+    now: SceneOfCycle,
+    /// Earlier scenes by their age, cycles.
+    late: BTreeMap<u64, SceneOfCycle>,
+}
+
+#[derive(Default, Debug)]
+struct SceneOfCycle {
+    /// The cycle in which the robots sensed it.
     cycle: Option<u64>,
     scene: Scene,
     /// The strides of robots in recorded cycles, which records do not contain.
@@ -107,37 +115,63 @@ fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<ShownImages>
 
 /// Stores the scene that the robots sense in the current cycle.
 fn keep_scene(clock: Res<CycleClock>, scene: Res<Scene>, mut sensed: ResMut<SensedScene>) {
-    sensed.cycle = Some(clock.cycle);
-    sensed.scene.clone_from(&scene);
+    sensed.now.cycle = Some(clock.cycle);
+    sensed.now.scene.clone_from(&scene);
 }
 
-/// Finds the scene of a cycle that is not stored: the world at the end of the cycle before, from the records.
-fn find_past_scene(
+/// Finds the scenes of cycles that are not stored: the world at the end of the cycle before, from the records.
+fn find_past_scenes(
     clock: Res<CycleClock>,
-    timeline: Res<Timeline>,
+    (timeline, watched): (Res<Timeline>, Res<Watched>),
     now: MatchScene,
     roster: Res<Roster>,
-    bodies: Query<(&Body, &KickSettings)>,
+    (bodies, percepts): (Query<(&Body, &KickSettings)>, Query<&Percepts>),
     mut sensed: ResMut<SensedScene>,
     mut history: ResMut<History>,
 ) {
     let sensed = &mut *sensed;
-    let shown = clock.cycle;
-    let is_known = sensed.cycle == Some(shown);
-    if is_known || (!timeline.is_past() && sensed.cycle.is_some_and(|cycle| cycle > shown)) {
-        return;
-    }
-    if let Ok(Some(record)) = history.record(shown.saturating_sub(1)) {
-        now.gather(&mut sensed.scene);
-        let robot = |id| {
-            let found = roster.get(id).and_then(|robot| bodies.get(robot).ok());
-            found.map_or_else(Default::default, |(body, kicks)| (*body, *kicks))
-        };
-        sensed.take_record(shown, &record, &history, clock.period_s, robot);
+    let ages: BTreeSet<u64> = watched
+        .cameras
+        .iter()
+        .filter_map(|(id, _)| percepts.get(roster.get(*id)?).ok())
+        .map(|percepts| age_cycles(percepts, &clock))
+        .collect();
+    sensed.late.retain(|age, _| ages.contains(age));
+    let is_ahead = !timeline.is_past() && sensed.now.cycle.is_some_and(|cycle| cycle > clock.cycle);
+    for age in ages {
+        let cycle = clock.cycle.saturating_sub(age);
+        let scene = if age == 0 { &mut sensed.now } else { sensed.late.entry(age).or_default() };
+        if scene.cycle == Some(cycle) || (age == 0 && is_ahead) {
+            continue;
+        }
+        if let Ok(Some(record)) = history.record(cycle.saturating_sub(1)) {
+            now.gather(&mut scene.scene);
+            let robot = |id| {
+                let found = roster.get(id).and_then(|robot| bodies.get(robot).ok());
+                found.map_or_else(Default::default, |(body, kicks)| (*body, *kicks))
+            };
+            scene.take_record(cycle, &record, &history, clock.period_s, robot);
+        }
     }
 }
 
+/// Returns the age of detections, cycles: 0 if they are of the cycle that is shown, or have no time.
+pub fn age_cycles(percepts: &Percepts, clock: &CycleClock) -> u64 {
+    /// The longest delay of vision, s. Detections without a time, as in old traces, seem to be from the start of the match.
+    const LONGEST_S: f64 = 2.0;
+
+    let age_s = clock.start_time_s() - percepts.time_s;
+    if age_s > LONGEST_S { 0 } else { (age_s / clock.period_s).round().max(0.0) as u64 }
+}
+
 impl SensedScene {
+    /// Returns the scene of this age, cycles.
+    fn of_age(&self, age: u64) -> Option<&SceneOfCycle> {
+        if age == 0 { Some(&self.now) } else { self.late.get(&age) }
+    }
+}
+
+impl SceneOfCycle {
     /// Copies the robots and the ball of a record into a scene. Everything else stays.
     fn take_record(
         &mut self,
@@ -179,25 +213,27 @@ struct ImageJob {
 
 fn draw_watched(
     watched: Res<Watched>,
-    timeline: Res<Timeline>,
+    (timeline, clock): (Res<Timeline>, Res<CycleClock>),
     sensed: Res<SensedScene>,
     threads: Res<SensingThreads>,
     roster: Res<Roster>,
-    robots: Query<(&CameraSettings, &CameraImages)>,
+    robots: Query<(&CameraSettings, &CameraImages, &Percepts)>,
     mut shown: ResMut<ShownImages>,
 ) {
     let shown = &mut *shown;
-    let Some(cycle) = sensed.cycle else { return };
     shown.images.retain(|camera, _| watched.cameras.contains(camera));
-    let mut due = Vec::new();
+    let mut due: BTreeMap<u64, Vec<ImageJob>> = BTreeMap::new();
     for &(id, side) in &watched.cameras {
+        let Some((settings, own, percepts)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { continue };
+        let age = age_cycles(percepts, &clock);
+        let Some(SceneOfCycle { cycle: Some(cycle), scene, .. }) = sensed.of_age(age) else { continue };
+        let cycle = *cycle;
         if shown.images.get(&(id, side)).is_some_and(|(taken, _)| *taken == cycle) {
             continue;
         }
-        let Some((settings, own)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { continue };
         let (_, mut image) = shown.images.remove(&(id, side)).unwrap_or_default();
         // Robots that are off the pitch or lie have no images.
-        let Some(body) = sensed.scene.robot(id).filter(|robot| robot.is_upright()) else { continue };
+        let Some(body) = scene.robot(id).filter(|robot| robot.is_upright()) else { continue };
         if own.cycle.is_some() && !own.of(side).is_empty() && !timeline.is_past() {
             image.clone_from(own.of(side));
             shown.images.insert((id, side), (cycle, image));
@@ -205,26 +241,35 @@ fn draw_watched(
         }
         let Some(camera) = settings.view(side, &body.body, body.head) else { continue };
         let view = View::of_robot(&camera, body.world_from_robot(), id);
-        due.push(ImageJob { camera: (id, side), view, image });
+        due.entry(age).or_default().push(ImageJob { camera: (id, side), view, image });
     }
     if due.is_empty() {
         return;
     }
     let started = Instant::now();
-    shown.prepared.prepare(&sensed.scene, Detail::default());
-    let prepared = &shown.prepared;
-    jobs::for_each(*threads, &mut shown.workers, &mut due, |renderer, job| {
-        renderer.draw(prepared, &job.view, Layers::default(), &mut job.image);
-    });
+    shown.last_count = 0;
+    for (age, mut due) in due {
+        let Some(SceneOfCycle { cycle: Some(cycle), scene, .. }) = sensed.of_age(age) else { continue };
+        shown.prepared.prepare(scene, Detail::default());
+        let prepared = &shown.prepared;
+        jobs::for_each(*threads, &mut shown.workers, &mut due, |renderer, job| {
+            renderer.draw(prepared, &job.view, Layers::default(), &mut job.image);
+        });
+        shown.last_count += due.len();
+        shown.drawn += due.len() as u64;
+        shown.images.extend(due.into_iter().map(|job| (job.camera, (*cycle, job.image))));
+    }
     shown.last_took = started.elapsed();
-    shown.last_count = due.len();
-    shown.drawn += due.len() as u64;
-    shown.images.extend(due.into_iter().map(|job| (job.camera, (cycle, job.image))));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::display_settings::DisplaySettings;
+    use crate::viewer::drive::DrivePlugin;
+    use crate::viewer::event_log::EventLogPlugin;
+    use crate::viewer::shared::Selection;
+    use bevy::time::TimeUpdateStrategy;
     use naoisis_core::robot::head::HeadAngles;
     use naoisis_core::team::Team;
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
@@ -286,5 +331,35 @@ mod tests {
         let (_, image) = app.world().resource::<ShownImages>().image(BLUE, CameraName::BOTTOM).unwrap();
         let [red, green, blue] = image.colour(pixel.x as u32, pixel.y as u32).unwrap();
         assert!(red > 150 && red > green + 50 && green > blue, "{red} {green} {blue}");
+    }
+
+    #[test]
+    fn detections_of_late_vision_lie_on_the_objects_of_their_image() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, CameraImagesPlugin))
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(33_334)))
+            .init_resource::<DisplaySettings>()
+            .init_resource::<Selection>();
+        // The ball rolls past, by several times its diameter within the delay.
+        let scenario = Scenario::from_json(
+            r#"{ "rules": "free", "ball": { "position_m": [0.7, -0.6], "velocity_mps": [0.0, 2.0] },
+                 "robots": [{ "number": 1, "pose": [0.0, 0.0, 0.0], "latency": { "vision_s": 0.1 } }] }"#,
+        );
+        app.start_match(&scenario.unwrap()).unwrap();
+        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraName::BOTTOM));
+        let mut seen = 0;
+        for _ in 0..20 {
+            app.update();
+            let world = app.world();
+            let robot = world.resource::<Roster>().get(BLUE).unwrap();
+            let ball = world.get::<Percepts>(robot).unwrap().ball;
+            let Some(ball) = ball.filter(|ball| ball.camera == CameraName::BOTTOM) else { continue };
+            let (cycle, image) = world.resource::<ShownImages>().image(BLUE, CameraName::BOTTOM).unwrap();
+            assert_eq!(cycle, app.cycle() - 3);
+            let [red, green, blue] = image.colour(ball.pixel.x as u32, ball.pixel.y as u32).unwrap();
+            assert!(red > 150 && red > green + 50 && green > blue, "{cycle}: {red} {green} {blue}");
+            seen += 1;
+        }
+        assert!(seen > 3, "{seen}");
     }
 }

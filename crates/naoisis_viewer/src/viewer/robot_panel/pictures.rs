@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use crate::viewer::camera::robot_view::image_in;
 use crate::viewer::camera::{ViewerCamera, mount_of};
-use crate::viewer::camera_images::{ShownImages, Watched};
+use crate::viewer::camera_images::{ShownImages, Watched, age_cycles};
 use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::layout::{self, FreeArea};
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
@@ -18,6 +18,7 @@ use crate::viewer::shared::Selection;
 use crate::viewer::theme::{card, text_size};
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::camera_model::CameraName;
+use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
@@ -82,6 +83,7 @@ pub(super) fn draw_in_window(
     roster: Res<Roster>,
     robots: Query<(&Percepts, &CameraSettings, &Penalty)>,
     (window, free, display): (Single<&Window>, Res<FreeArea>, Res<DisplaySettings>),
+    clock: Res<CycleClock>,
 ) -> Result {
     let Some((id, side)) = camera.robot_camera(&selection) else { return Ok(()) };
     let Some((percepts, settings, penalty)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else {
@@ -114,6 +116,15 @@ pub(super) fn draw_in_window(
         let at = frame.min + scale * intrinsics.in_drawn(pixel);
         Pos2::new(at.x, at.y)
     });
+    // The view is of the cycle that is shown, whatever the delay of the robot's vision.
+    let age_s = age_cycles(percepts, &clock) as f64 * clock.period_s;
+    if age_s > 0.0 {
+        let words = format!("{id}'s vision is late: detections of {age_s:.2} s before");
+        let font = FontId::proportional(text_size::ENTRY);
+        let at = corners.left_top() + egui::vec2(8.0, 6.0);
+        painter.text(at + egui::vec2(1.0, 1.0), Align2::LEFT_TOP, &words, font.clone(), Color32::BLACK);
+        painter.text(at, Align2::LEFT_TOP, words, font, Color32::WHITE);
+    }
     Ok(())
 }
 
@@ -208,16 +219,24 @@ fn draw_percepts(
         cross(at, 4.0, stroke(palette::ink(DrawColour::White)));
     }
     for robot in percepts.robots.iter().filter(|robot| robot.camera == side) {
+        // A pin at its feet: detections have no size. For people who cannot tell the colours apart, its head is square or round.
         let at = place(robot.pixel);
-        let colour = palette::team(robot.team);
-        let top = Area::from_min_max(at + egui::vec2(-9.0, -34.0), at + egui::vec2(9.0, 0.0));
-        let rounding = if robot.team == Team::Blue { 0.0 } else { 8.0 };
-        painter.rect_stroke(top, rounding, stroke(colour), egui::StrokeKind::Middle);
+        let head = at - egui::vec2(0.0, 18.0);
+        let outline = Stroke::new(1.0, Color32::WHITE);
+        painter.line_segment([at, head], Stroke::new(2.0, Color32::WHITE));
+        let area = Area::from_center_size(head, egui::Vec2::splat(9.0));
+        let rounding = if robot.team == Team::Blue { 0.0 } else { 4.5 };
+        let colour = palette::in_panel(palette::team(robot.team));
+        painter.rect(area, rounding, colour, outline, egui::StrokeKind::Middle);
         write(at + egui::vec2(0.0, 12.0), robot.team.name(), palette::ink(DrawColour::White));
     }
     for ball in percepts.all_balls().filter(|ball| ball.camera == side) {
         let at = place(ball.pixel);
-        painter.circle_stroke(at, 7.0, stroke(palette::ink(DrawColour::Yellow)));
+        painter.circle_stroke(at, 4.0, stroke(palette::ink(DrawColour::Yellow)));
+        for side in [egui::vec2(7.0, 0.0), egui::vec2(0.0, 7.0)] {
+            painter.line_segment([at - side, at - 0.4 * side], stroke(palette::ink(DrawColour::Yellow)));
+            painter.line_segment([at + 0.4 * side, at + side], stroke(palette::ink(DrawColour::Yellow)));
+        }
         write(at - egui::vec2(0.0, 7.0), "ball", palette::ink(DrawColour::Yellow));
     }
 }

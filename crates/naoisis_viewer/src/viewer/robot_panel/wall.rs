@@ -68,15 +68,15 @@ pub(super) fn show_wall(
 }
 
 /// The number of robots in a row, and the width of an image, for the largest images in a panel of `size`. If images of the least width do not fit, as
-/// many robots are in a row as fit beside each other, and the rows are scrolled.
+/// many robots are in a row as fit beside each other, over the whole width, and the rows are scrolled.
 fn arranged(robots: usize, cameras: usize, size: egui::Vec2) -> (usize, f32) {
     let by_width = |in_a_row: usize| ((size.x - 12.0) / in_a_row as f32 - GAPS[0]) / cameras.max(1) as f32 - 2.0;
     let by_height = |in_a_row: usize| (size.y / robots.div_ceil(in_a_row) as f32 - GAPS[1] - NAME) / SHAPE;
     let rows = (1..=robots.max(1)).map(|in_a_row| (in_a_row, by_width(in_a_row).min(by_height(in_a_row))));
     let largest = rows.max_by(|(_, one), (_, other)| one.total_cmp(other)).filter(|(_, width)| *width >= LEAST_WIDTH);
     largest.unwrap_or_else(|| {
-        let most = (1..=robots).rev().find(|in_a_row| by_width(*in_a_row) >= LEAST_WIDTH);
-        (most.unwrap_or(1), LEAST_WIDTH)
+        let most = (1..=robots).rev().find(|in_a_row| by_width(*in_a_row) >= LEAST_WIDTH).unwrap_or(1);
+        (most, by_width(most).max(LEAST_WIDTH))
     })
 }
 
@@ -91,9 +91,10 @@ mod tests {
         assert!(in_a_row == 1 && width > 130.0, "{in_a_row} of {width}");
         let (in_a_row, width) = arranged(6, 2, egui::vec2(900.0, 400.0));
         assert!(in_a_row == 3 && width > 130.0, "{in_a_row} of {width}");
-        assert_eq!(arranged(22, 1, egui::vec2(100.0, 100.0)), (1, LEAST_WIDTH));
+        assert_eq!(arranged(22, 1, egui::vec2(60.0, 100.0)), (1, LEAST_WIDTH));
         // Where they are not high enough for all, rows are as wide as the panel and no wider.
-        assert_eq!(arranged(6, 2, egui::vec2(290.0, 150.0)), (2, LEAST_WIDTH));
+        assert_eq!(arranged(6, 2, egui::vec2(290.0, 150.0)), (2, 63.5));
+        assert_eq!(arranged(14, 2, egui::vec2(240.0, 900.0)), (1, 108.0));
         assert_eq!(arranged(0, 0, egui::vec2(100.0, 100.0)).0, 1);
     }
 }

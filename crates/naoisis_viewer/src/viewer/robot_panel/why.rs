@@ -18,7 +18,7 @@ pub(super) fn show_reasons(ui: &mut egui::Ui, state: &ShownState, (cycle, is_pas
             _ if cycle == 0 => "The match has not begun: its behaviour has not decided yet.",
             (Err(why), _) => why,
             _ if is_penalised => "There are no options while it is penalised.",
-            (Ok(_), true) => "Its behaviour does not record its options.",
+            (Ok(_), true) => "Its behaviour recorded no options in this cycle.",
             (Ok(_), false) => "Options are known for moments of the past: go one cycle back (Left).",
         };
         ui.add(egui::Label::new(dim(words).size(text_size::SMALL)).wrap());
