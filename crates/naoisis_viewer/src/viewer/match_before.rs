@@ -24,6 +24,8 @@ use naoisis_sim::scenario::Scenario;
 
 /// The shortest match that is kept although nobody has worked on it, s.
 const SHORTEST_S: f64 = 5.0;
+/// The greatest number of matches that are kept.
+const MOST_KEPT: usize = 5;
 
 /// Keeps the match before.
 pub struct MatchBeforePlugin;
@@ -41,25 +43,25 @@ fn is_wanted(mut commands: MessageReader<ViewerCommand>) -> bool {
     commands.read().any(|command| *command == ViewerCommand::MatchBefore)
 }
 
-/// The match before the one that is shown. [`MatchBefore`] has its name.
+/// The matches before the one that is shown, the last one at the end. [`MatchBefore`] has its name.
 #[derive(Resource, Debug, Default)]
-pub(super) struct Kept(Option<Box<Before>>);
+pub(super) struct Kept(Vec<Before>);
 
 impl Kept {
-    /// Returns the name and the stage of the match.
+    /// Returns the name and the stage of the last match.
     pub fn stage(&self) -> Option<(&str, &Stage)> {
-        self.0.as_ref().map(|before| (before.name.as_str(), &before.stage))
+        self.0.last().map(|before| (before.name.as_str(), &before.stage))
     }
 
-    /// Returns the last cycle of the branch that was shown.
+    /// Returns the last cycle of the branch of it that was shown.
     pub fn last_cycle(&self) -> Option<u64> {
-        let branches = &self.0.as_ref()?.branches;
+        let branches = &self.0.last()?.branches;
         branches.list().get(branches.shown()).map(|branch| branch.last_cycle)
     }
 
-    /// Returns the record of a cycle of the branch that was shown, if it has this cycle.
+    /// Returns the record of a cycle of the branch of it that was shown, if it has this cycle.
     pub fn record(&mut self, cycle: u64) -> Option<CycleRecord> {
-        let before = self.0.as_mut()?;
+        let before = self.0.last_mut()?;
         before.branches.record(before.branches.shown(), cycle)
     }
 }
@@ -121,7 +123,7 @@ fn prepare(world: &mut World) -> Option<KeepLeft> {
     if world.get_resource::<Branches>()?.list().is_empty() {
         return None;
     }
-    let is_better_kept = world.resource::<Kept>().0.as_ref().is_some_and(|before| before.is_worked_on);
+    let is_better_kept = world.resource::<Kept>().0.iter().any(|before| before.is_worked_on);
     let is_short = world.resource::<CycleClock>().end_time_s() < SHORTEST_S;
     if !is_worked_on(world) && (is_short || is_better_kept) {
         return None;
@@ -140,26 +142,43 @@ fn is_worked_on(world: &World) -> bool {
 }
 
 fn leaving(world: &mut World) -> Result<Leaving, String> {
-    let named = world.get_resource::<Scenario>().map(|scenario| scenario.name.clone()).unwrap_or_default();
-    let file = world.get_resource::<PlayedFile>().map(PlayedFile::name).unwrap_or_default();
-    let scenario = [named, file, "a match".to_owned()].into_iter().find(|name| !name.is_empty());
-    let name =
-        format!("{} at {}", scenario.unwrap_or_default(), minutes(world.resource::<CycleClock>().end_time_s() as f32));
+    let name = name(world);
     Ok(Leaving { name, is_worked_on: is_worked_on(world), stage: Stage::of(world), place: Place::of(world)? })
+}
+
+/// Returns the name of the match: the file of a trace, or the scenario and its seed, and the moment that is shown.
+fn name(world: &World) -> String {
+    let trace = world.get_resource::<OpenedTrace>().and_then(|trace| trace.0.as_deref()?.file_name());
+    let trace = trace.filter(|_| world.resource::<Timeline>().is_replay());
+    let scenario = world.get_resource::<Scenario>();
+    let named = scenario.map(|scenario| scenario.name.clone()).unwrap_or_default();
+    let file = world.get_resource::<PlayedFile>().map(PlayedFile::name).unwrap_or_default();
+    let played = [named, file, "a match".to_owned()].into_iter().find(|name| !name.is_empty()).unwrap_or_default();
+    let seed = scenario.map_or_else(String::new, |scenario| format!(", seed {},", scenario.seed));
+    let at = minutes(world.resource::<CycleClock>().end_time_s() as f32);
+    trace.map_or_else(|| format!("{played}{seed} at {at}"), |trace| format!("{} at {at}", trace.to_string_lossy()))
 }
 
 /// Keeps the match that was left. Another one is in the world already, but not yet its past.
 fn keep(world: &mut World, leaving: Leaving) {
-    if leaving.is_worked_on {
-        world.resource_mut::<Notice>().tell(format!("{} is kept: Backspace shows it again", leaving.name));
-    }
+    let (name, is_worked_on) = (leaving.name.clone(), leaving.is_worked_on);
     let before = take(world, leaving);
-    store(world, before);
+    let mut kept = world.resource_mut::<Kept>();
+    // The same match can be played again.
+    kept.0.retain(|other| other.is_worked_on);
+    kept.0.push(before);
+    let dropped = (kept.0.len() > MOST_KEPT).then(|| kept.0.remove(0));
+    tell_name(world);
+    if is_worked_on {
+        let dropped = dropped.map_or_else(String::new, |dropped| format!("; {} is kept no longer", dropped.name));
+        world.resource_mut::<Notice>().tell(format!("{name} is kept: Backspace shows it again{dropped}"));
+    }
 }
 
-fn store(world: &mut World, before: Before) {
-    world.resource_mut::<MatchBefore>().0 = Some(before.name.clone());
-    world.resource_mut::<Kept>().0 = Some(Box::new(before));
+/// Passes the name of the last match that is kept to the panels.
+fn tell_name(world: &mut World) {
+    let name = world.resource::<Kept>().0.last().map(|before| before.name.clone());
+    world.resource_mut::<MatchBefore>().0 = name;
 }
 
 /// Takes everything of the match that was left out of the world.
@@ -198,14 +217,14 @@ fn put_back(world: &mut World, before: Before) -> Result<(), String> {
     Ok(())
 }
 
-/// Shows the match before, as it was left, and keeps the current one in its place.
+/// Shows the match before, as it was left, and keeps the current one: as the first of several, so that all of them are shown in turn.
 fn show(world: &mut World) {
     let text = swap(world).unwrap_or_else(|message| message);
     world.resource_mut::<Notice>().tell(text);
 }
 
 fn swap(world: &mut World) -> Result<String, String> {
-    let is_there = world.resource::<Kept>().0.is_some() && world.contains_resource::<Branches>();
+    let is_there = !world.resource::<Kept>().0.is_empty() && world.contains_resource::<Branches>();
     if !is_there || world.resource::<Branches>().list().is_empty() {
         return Err("There is no match before this one".to_owned());
     }
@@ -214,18 +233,19 @@ fn swap(world: &mut World) -> Result<String, String> {
         reading.give_up();
     }
     let current = take(world, leaving);
-    let Some(before) = world.resource_mut::<Kept>().0.take() else { return Ok(String::new()) };
-    let text = format!("{}, as it was left; Backspace: back to {}", before.name, current.name);
-    match put_back(world, *before) {
+    let mut kept = world.resource_mut::<Kept>();
+    let Some(before) = kept.0.pop() else { return Ok(String::new()) };
+    let next = kept.0.last().unwrap_or(&current).name.clone();
+    let text = format!("{}, as it was left; Backspace: {next}", before.name);
+    let shown = match put_back(world, before) {
         Ok(()) => {
-            store(world, current);
+            world.resource_mut::<Kept>().0.insert(0, current);
             Ok(text)
         }
-        Err(message) => {
-            world.resource_mut::<MatchBefore>().0 = None;
-            put_back(world, current).and(Err(message))
-        }
-    }
+        Err(message) => put_back(world, current).and(Err(message)),
+    };
+    tell_name(world);
+    shown
 }
 
 #[cfg(test)]
@@ -354,6 +374,32 @@ mod tests {
         send(&mut app, ViewerCommand::MatchBefore);
         let timeline = app.world().resource::<Timeline>();
         assert_eq!((timeline.is_replay(), timeline.cursor(), past(&app)), (true, Some(42.0), 60));
+    }
+
+    #[test]
+    fn several_matches_that_were_worked_on_are_kept_and_shown_in_turn() {
+        let mut app = app();
+        let branch = |app: &mut App| {
+            (0..20).for_each(|_| app.update());
+            let moment = Box::new(Moment::of(app.world_mut()).unwrap());
+            let cycle = app.cycle();
+            send(app, BranchCommand::PlayOn { moment, cycle, seed: 5, outcome: "nobody scores" });
+        };
+        for _ in 0..MOST_KEPT + 1 {
+            branch(&mut app);
+            send(&mut app, ViewerCommand::RestartWithNextSeed);
+        }
+        let notice = app.world().resource::<Notice>().text.clone();
+        assert!(notice.contains("is kept: Backspace") && notice.contains("is kept no longer"), "{notice}");
+        for _ in 0..2 {
+            for _ in 0..MOST_KEPT {
+                send(&mut app, ViewerCommand::MatchBefore);
+                assert_eq!(branches(&app), [2, 1]);
+            }
+            // The match that was left last, without branches.
+            send(&mut app, ViewerCommand::MatchBefore);
+            assert_eq!(branches(&app), [1, 0]);
+        }
     }
 
     #[test]
