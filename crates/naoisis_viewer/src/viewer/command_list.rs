@@ -5,7 +5,7 @@ use bevy_egui::egui::{self, Align2, Key, Margin, Order, TextEdit, WidgetInfo, Wi
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::display_settings::{DisplaySettings, Switch, Workspace};
-use super::keys::first_bindings;
+use super::keys::{TypedAhead, first_bindings};
 use super::layout::{LARGE_SCORE, LayoutSystems, shown_at};
 use super::shared::{Action, FindEvent, SelectionCommand, TeachAction, ViewerCommand};
 use super::speed::Speed;
@@ -111,11 +111,13 @@ struct Typed {
 fn show(
     mut contexts: EguiContexts,
     mut typed: Local<Typed>,
-    mut display: ResMut<DisplaySettings>,
+    (mut display, mut ahead): (ResMut<DisplaySettings>, ResMut<TypedAhead>),
     roster: Res<Roster>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
+    typed.text.push_str(&ahead.0);
+    ahead.0.clear();
     let entries = entries(&roster);
     let mut chosen = None;
     let keys = [Key::Escape, Key::Enter, Key::ArrowUp, Key::ArrowDown];
@@ -173,7 +175,7 @@ fn show(
 fn show_entry(ui: &mut egui::Ui, entry: &Entry, is_marked: bool) -> egui::Response {
     let words = bright(format!("{}: {}", entry.group, entry.name));
     let button = egui::Button::selectable(is_marked, words)
-        .shortcut_text(dim(entry.key))
+        .shortcut_text(if is_marked { bright(entry.key) } else { dim(entry.key) })
         .min_size([ui.available_width(), 0.0].into());
     ui.add(button)
 }

@@ -24,7 +24,7 @@ pub struct KeysPlugin;
 
 impl Plugin for KeysPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<DisplaySettings>().add_message::<Action>().add_systems(
+        app.init_resource::<DisplaySettings>().init_resource::<TypedAhead>().add_message::<Action>().add_systems(
             PreUpdate,
             (keep_tab_from_panels, keep_letters_from_panels)
                 .after(EguiPreUpdateSet::ProcessInput)
@@ -36,6 +36,10 @@ impl Plugin for KeysPlugin {
         );
     }
 }
+
+/// What was typed after the command that opens the list of commands, before its field takes keys.
+#[derive(Resource, Default, Debug)]
+pub(super) struct TypedAhead(pub String);
 
 /// A key and its action.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -286,24 +290,32 @@ fn read_keys(
     mut losses: MessageReader<KeyboardFocusLost>,
     mut held: Local<HeldModifiers>,
     (wants, dialog): (Res<EguiWantsInput>, Option<Res<DialogIsOpen>>),
-    (driving, page): (Res<Driving>, Option<Res<StartPage>>),
+    (driving, page, display): (Res<Driving>, Option<Res<StartPage>>, Res<DisplaySettings>),
     mut notice: Option<ResMut<Notice>>,
-    mut actions: MessageWriter<Action>,
+    (mut ahead, mut actions): (ResMut<TypedAhead>, MessageWriter<Action>),
 ) {
     let is_dialog = dialog.is_some_and(|dialog| dialog.0);
+    // With slow frames, several keys are read at once.
+    let mut are_for_list = display.commands;
     for input in inputs.read() {
         let Some(press) = held.note(input).filter(|_| !(is_dialog || wants.wants_any_keyboard_input())) else {
             continue;
         };
+        if are_for_list {
+            ahead.0.extend(input.text.iter().flat_map(|text| text.chars()).filter(|letter| !letter.is_control()));
+            continue;
+        }
         // The question mark is on other keys of other keyboards.
         if input.text.as_deref() == Some("?") {
             actions.write(Action::Toggle(Switch::Commands));
+            are_for_list = true;
         }
         // Driving uses plain keys for that.
         if press.control || !driving.takes(press.key) {
             let is_page = page.as_ref().is_some_and(|page| page.0);
             for action in actions_of(press) {
                 if !is_page || is_for_start_page(action) {
+                    are_for_list |= action == Action::Toggle(Switch::Commands);
                     actions.write(action);
                 } else if let Some(notice) = &mut notice {
                     notice.tell(NOT_ON_START_PAGE);
@@ -439,6 +451,42 @@ mod tests {
         assert!(letter(Pressed, true, true), "the key is still held down when the field is there");
         assert!(!letter(Released, false, true));
         assert!(!letter(Pressed, false, true) && !letter(Pressed, true, true), "the next one is for the field");
+    }
+
+    #[test]
+    fn keys_after_the_one_that_opens_the_list_of_commands_are_typed_into_it() {
+        let mut app = App::new();
+        app.add_message::<KeyboardInput>()
+            .add_message::<KeyboardFocusLost>()
+            .add_message::<Action>()
+            .init_resource::<EguiWantsInput>()
+            .init_resource::<Driving>()
+            .init_resource::<DisplaySettings>()
+            .init_resource::<TypedAhead>()
+            .add_systems(Update, read_keys);
+        let press = |app: &mut App, keys: &[(KeyCode, &str)]| {
+            for (key_code, text) in keys {
+                app.world_mut().write_message(KeyboardInput {
+                    key_code: *key_code,
+                    logical_key: bevy::input::keyboard::Key::Character((*text).into()),
+                    state: bevy::input::ButtonState::Pressed,
+                    text: Some((*text).into()),
+                    repeat: false,
+                    window: Entity::PLACEHOLDER,
+                });
+            }
+            app.update();
+            let actions: Vec<Action> = app.world_mut().resource_mut::<Messages<Action>>().drain().collect();
+            (actions, core::mem::take(&mut app.world_mut().resource_mut::<TypedAhead>().0))
+        };
+        let opens = Action::Toggle(Switch::Commands);
+        let typed = [(KeyCode::Minus, "?"), (KeyCode::KeyO, "o"), (KeyCode::KeyR, "r"), (KeyCode::Enter, "\r")];
+        assert_eq!(press(&mut app, &typed), (vec![opens], "or".to_owned()));
+        app.world_mut().resource_mut::<DisplaySettings>().commands = true;
+        assert_eq!(press(&mut app, &[(KeyCode::KeyR, "r")]), (vec![], "r".to_owned()));
+        app.world_mut().resource_mut::<DisplaySettings>().commands = false;
+        let restarts = Action::Command(ViewerCommand::Restart);
+        assert_eq!(press(&mut app, &[(KeyCode::KeyR, "r")]), (vec![restarts], String::new()));
     }
 
     #[test]
