@@ -7,8 +7,9 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::LookAt;
 use super::display_settings::DisplaySettings;
-use super::event_filter::{self, EventFilter, ListedEvents};
+use super::event_filter::{self, COSTLY_S, EventFilter, FoundMistakes, ListedEvents};
 use super::event_log::{EventJump, EventLog, LogEntry, LogKind};
+use super::event_reasons;
 use super::lanes::{EventKind, Lanes};
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::overlays::{Brush, OverlaySystems};
@@ -150,7 +151,8 @@ fn mark_place(shown: Res<ShownEvent>, clock: Res<CycleClock>, time: Res<Time<Rea
 
 fn show_events(
     mut contexts: EguiContexts,
-    (listed, mut filter): (Res<ListedEvents>, ResMut<EventFilter>),
+    (log, found, listed): (Res<EventLog>, Res<FoundMistakes>, Res<ListedEvents>),
+    mut filter: ResMut<EventFilter>,
     (mut lanes, mut events): (Option<ResMut<Lanes>>, MessageWriter<FindEvent>),
     shown: Res<ShownEvent>,
     clock: Res<CycleClock>,
@@ -165,8 +167,9 @@ fn show_events(
     penalties.sort_by_key(|(id, _)| *id);
     // In the past, later events are listed, too, so that the user can go to them.
     let now_s = clock.end_time_s();
-    let log = &listed.entries[..];
-    let log = if timeline.is_past() { log } else { &log[..log.partition_point(|entry| entry.time_s <= now_s)] };
+    let entries = &listed.entries[..];
+    let until_now = || entries.partition_point(|entry| entry.time_s <= now_s);
+    let entries = if timeline.is_past() { entries } else { &entries[..until_now()] };
     let context = contexts.ctx_mut()?;
     // The panel is left out if the panels beside it need the space.
     if !DOCK.has_room(context, &sizes) {
@@ -182,7 +185,7 @@ fn show_events(
             lanes.kind = EventKind::Listed;
         }
         filter.set_if_neq(wanted);
-        if log.is_empty() {
+        if entries.is_empty() {
             let is_reading = filter.has_mistakes() && lanes.as_ref().is_some_and(|lanes| lanes.is_reading());
             let nothing = match listed.hidden {
                 _ if is_reading => "The match is being read…",
@@ -202,19 +205,21 @@ fn show_events(
             let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
             ui.label(RichText::new(text).color(team_colour(ui, id.team)));
         }
-        let list = show_list(ui, log, height, (now_s, clock.period_s), |ui, entry| {
+        let list = show_list(ui, entries, height, (now_s, clock.period_s), |ui, entry| {
             let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
             if show_entry(ui, entry, chosen, is_to_come(entry, now_s, clock.period_s)) {
                 choices.write(EventChoice(entry.clone()));
             }
         });
         if let Some((entry, _)) = &shown.0 {
-            match show_circumstances(ui, entry) {
+            let before = goal_reasons(entry, &log, (lanes.as_deref_mut(), &found), &history);
+            match show_circumstances(ui, entry, before.as_ref()) {
                 Some(Wish::Replay) => {
                     let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
                     moments.write(TimelineCommand::GoTo(cycle));
                     playback.paused = false;
                 }
+                Some(Wish::Show(other)) => _ = choices.write(EventChoice(other)),
                 Some(Wish::Close) => _ = choices.write(EventChoice(entry.clone())),
                 None => {}
             }
@@ -226,7 +231,7 @@ fn show_events(
 }
 
 /// Shows all entries, the latest first, with a line between those until now and those to come. When an event passes,
-/// the list scrolls to it. Returns the height of the list.
+/// the list scrolls to it. Lines in sight stay where they are while events to come are added. Returns the height of the list.
 fn show_list(
     ui: &mut egui::Ui,
     log: &[LogEntry],
@@ -235,7 +240,7 @@ fn show_list(
     mut show: impl FnMut(&mut egui::Ui, &LogEntry),
 ) -> f32 {
     let id = ui.id().with("first and latest shown event");
-    let (top, before): (f32, usize) = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    let (top, before, length): (f32, usize, usize) = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     let line = LINE + ui.spacing().item_spacing.y;
     let to_come = log.len() - log.partition_point(|entry| !is_to_come(entry, now_s, period_s));
     let mut list = egui::ScrollArea::vertical()
@@ -243,7 +248,10 @@ fn show_list(
         .min_scrolled_height(height)
         .auto_shrink(false)
         .id_salt("events");
-    if to_come != before
+    let added = log.len().saturating_sub(length);
+    if added > 0 && length > 0 && to_come == before + added {
+        list = list.vertical_scroll_offset(top + added as f32 * line);
+    } else if to_come != before
         && let Some(top) = scrolled(to_come as f32 * line, line, top, height)
     {
         list = list.vertical_scroll_offset(top);
@@ -257,7 +265,7 @@ fn show_list(
             show(ui, &log[log.len() - 1 - index]);
         }
     });
-    ui.data_mut(|data| data.insert_temp(id, (output.state.offset.y, to_come)));
+    ui.data_mut(|data| data.insert_temp(id, (output.state.offset.y, to_come, log.len())));
     output.inner_rect.height()
 }
 
@@ -297,23 +305,58 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
 /// What the user wants of the selected event.
 enum Wish {
     Replay,
+    Show(LogEntry),
     Close,
 }
 
-/// Shows the time and the details of an event, which stay while other moments are shown. Returns the button that was clicked.
-fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> Option<Wish> {
+/// The events that led to a goal.
+struct GoalReasons<'a> {
+    events: Vec<&'a LogEntry>,
+    /// Whether the match is still being read for mistakes.
+    is_reading: bool,
+}
+
+/// Returns what led to a goal, in the seconds before it. Returns `None` for other events.
+fn goal_reasons<'a>(
+    goal: &LogEntry,
+    log: &'a EventLog,
+    (lanes, found): (Option<&mut Lanes>, &'a FoundMistakes),
+    history: &History,
+) -> Option<GoalReasons<'a>> {
+    let team = goal.team.filter(|_| goal.kind == LogKind::Goal)?;
+    let interval_s = goal.time_s - COSTLY_S..=goal.time_s;
+    let lanes = lanes?;
+    lanes.want_mistakes();
+    let mistakes = lanes.tracks.mistakes().iter().zip(&found.0);
+    let (events, _) = event_reasons::reasons(team, &interval_s, mistakes, log.until(goal.time_s));
+    let is_reading = history.last_cycle().is_some_and(|last| lanes.is_behind(last));
+    Some(GoalReasons { events, is_reading })
+}
+
+/// Shows the time and the details of an event, and what led to a goal. They stay while other moments are shown. Returns what was clicked.
+fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry, before: Option<&GoalReasons>) -> Option<Wish> {
     ui.separator();
     let title = format!("{}  {}", minutes(entry.time_s as f32), entry.text);
     ui.label(RichText::new(title).size(text_size::ENTRY).strong());
     for line in entry.evidence.iter().flat_map(reasons) {
         ui.add(egui::Label::new(dim(line).size(text_size::SMALL)).wrap());
     }
+    let mut clicked = None;
+    if let Some(GoalReasons { events, is_reading }) = before {
+        ui.label(RichText::new("What led to it").size(text_size::ENTRY).strong());
+        clicked = event_reasons::show(ui, events, f64::NEG_INFINITY).cloned().map(Wish::Show);
+        if *is_reading {
+            ui.label(dim("The match is being read for its mistakes…").size(text_size::SMALL));
+        } else if events.is_empty() {
+            ui.label(dim("No mistake, kick or fall in the ten seconds before.").size(text_size::SMALL));
+        }
+    }
     let buttons = ui.horizontal(|ui| {
         let replay = ui.small_button("Replay").on_hover_text("Starts two seconds before the event").clicked();
         let close = ui.small_button("Close").on_hover_text("Hides these details and the mark on the pitch").clicked();
         replay.then_some(Wish::Replay).or(close.then_some(Wish::Close))
     });
-    buttons.inner
+    clicked.or(buttons.inner)
 }
 
 /// The evidence of the referee, line by line.
@@ -381,6 +424,30 @@ mod tests {
             let shown = lines(now_s, 200.0);
             assert!(shown.len() < 15 && shown.contains(&now_s), "{now_s}: {shown:?}");
         }
+    }
+
+    #[test]
+    fn lines_stay_in_place_while_later_events_are_added() {
+        let entry = |second: u32| LogEntry { time_s: f64::from(second), ..LogEntry::default() };
+        let log: Vec<LogEntry> = (0..100).map(entry).collect();
+        let context = egui::Context::default();
+        let first = |count: usize| {
+            let mut first = None;
+            for _ in 0..2 {
+                first = None;
+                let mut output = context.run_ui(egui::RawInput::default(), |ui| {
+                    show_list(ui, &log[..count], 200.0, (40.0, 0.1), |ui, entry| {
+                        show_entry(ui, entry, false, is_to_come(entry, 40.0, 0.1));
+                        first.get_or_insert(entry.time_s);
+                    });
+                });
+                output.textures_delta.clear();
+            }
+            first
+        };
+        let before = first(60);
+        assert!(before.is_some_and(|second| second > 40.0), "{before:?}");
+        assert_eq!([first(61), first(75), first(100)], [before; 3]);
     }
 
     #[test]

@@ -100,6 +100,7 @@ mod drawing;
 pub mod drive;
 pub mod event_filter;
 pub mod event_log;
+mod event_reasons;
 mod events_panel;
 mod field;
 pub mod film;

@@ -14,7 +14,7 @@ use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, clo
 use super::speed::Speed;
 use super::start_page::StartPage;
 use super::team_labels::{TeamNames, width_of};
-use super::theme::{MARGIN, band, bright, card, dim, panel, problem_colour, tenths, text_size};
+use super::theme::{MARGIN, band, bright, card, dim, link, panel, problem_colour, tenths, text_size};
 use super::timeline::Timeline;
 use super::workspace::show_choice;
 use naoisis_core::cycle::CycleClock;
@@ -68,13 +68,15 @@ fn show_score(
             [(&score, text_size::SCORE), (&text, body)].map(|(text, size)| width_of(ui.painter(), text, size));
         let room = ui.available_width() - widths(ui)[1] - score_width - text_width - GAPS;
         let names = team_names.within(room, |name| width_of(ui.painter(), name, text_size::TEAM));
+        let mut is_asked = false;
         let teams = |ui: &mut egui::Ui| {
             // As high as the highest of them, so that all are on one line.
             ui.set_min_height(SCORE_HEIGHT);
             band(ui, Team::Blue, egui::vec2(14.0, 22.0));
             ui.label(bright(&names[0]).size(text_size::TEAM));
             ui.add_space(4.0);
-            ui.label(bright(&score).size(text_size::SCORE).strong());
+            let hint = "The moments that changed the chances to score most, and why (A)";
+            is_asked = link(ui, bright(&score).size(text_size::SCORE).strong(), &score).on_hover_text(hint).clicked();
             ui.add_space(4.0);
             ui.label(bright(&names[1]).size(text_size::TEAM));
             band(ui, Team::Pink, egui::vec2(14.0, 22.0));
@@ -82,6 +84,9 @@ fn show_score(
             ui.add(egui::Label::new(dim(&text)).extend());
         };
         in_the_middle(ui, hint, teams, |ui| show_choice(ui, display.workspace, &mut actions));
+        if is_asked {
+            actions.write(Action::Toggle(Switch::Decided));
+        }
     });
     Ok(())
 }
@@ -147,8 +152,9 @@ fn show_controls(
             });
         }
         if let Some((robot, waited_s)) = playback.awaited() {
+            let paused = if playback.paused { " It is not given up while the match is paused." } else { "" };
             ui.label(format!(
-                "The match waits for the program of {robot}, which has not answered for {waited_s:.0} s."
+                "The match waits for the program of {robot}, which has not answered for {waited_s:.0} s.{paused}"
             ));
         }
         // In narrow windows, the buttons take several lines.
@@ -222,7 +228,7 @@ fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(S
             }
         }
     });
-    named(shown.response, "Speed", &text).on_hover_text("Simulated seconds per second");
+    named(shown.response, "Speed", &text).on_hover_text("Simulated seconds per second (Up, Down)");
 }
 
 /// Shows the list of scenarios. A scenario without a name has that of its `file`.

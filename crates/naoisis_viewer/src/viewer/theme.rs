@@ -6,7 +6,9 @@
 
 use bevy::asset::AssetEventSystems;
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, CornerRadius, Frame, Margin, RichText, Stroke, Theme, Visuals};
+use bevy_egui::egui::{
+    self, Align2, Color32, CornerRadius, Frame, Margin, RichText, Stroke, Theme, Visuals, WidgetInfo, WidgetType,
+};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use core::num::NonZeroUsize;
@@ -75,7 +77,7 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
 fn visuals(theme: Theme) -> Visuals {
     let mut visuals = theme.default_visuals();
     let [card, text, strong, weak, selection] = match theme {
-        Theme::Dark => [Color32::from_rgb(20, 24, 31), grey(225), grey(240), grey(165), Color32::from_rgb(0, 118, 168)],
+        Theme::Dark => [Color32::from_rgb(20, 24, 31), grey(225), grey(240), grey(165), Color32::from_rgb(0, 100, 150)],
         Theme::Light => {
             [Color32::from_rgb(246, 247, 249), grey(40), grey(10), grey(85), Color32::from_rgb(90, 165, 225)]
         }
@@ -83,8 +85,8 @@ fn visuals(theme: Theme) -> Visuals {
     visuals.panel_fill = card;
     visuals.window_fill = card;
     visuals.weak_text_color = Some(weak);
-    // The file dialog writes with this colour, too.
     visuals.selection.bg_fill = selection;
+    visuals.selection.stroke.color = strong;
     visuals.widgets.noninteractive.fg_stroke = Stroke::new(1.0, text);
     visuals.widgets.inactive.fg_stroke = Stroke::new(1.0, text);
     visuals.widgets.active.fg_stroke = Stroke::new(1.0, strong);
@@ -160,6 +162,14 @@ pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
     let (area, _) = ui.allocate_exact_size(size, egui::Sense::hover());
     let rounding = if team == Team::Blue { 2.0 } else { size.min_elem() / 2.0 };
     ui.painter().rect_filled(area, rounding, palette::in_panel(palette::team(team)));
+}
+
+/// Shows a text that can be clicked. `name` is for screen readers.
+pub fn link(ui: &mut egui::Ui, text: RichText, name: &str) -> egui::Response {
+    let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
+    let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
+    response
 }
 
 /// Returns the text of a time in minutes and seconds, as in summaries and pictures.

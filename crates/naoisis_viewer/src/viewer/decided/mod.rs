@@ -13,7 +13,6 @@ use std::thread;
 
 mod chart;
 mod panel;
-mod reasons;
 
 use super::branches::Branches;
 use super::display_settings::DisplaySettings;

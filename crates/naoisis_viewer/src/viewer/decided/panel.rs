@@ -2,22 +2,22 @@
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
-use bevy_egui::egui::{self, DragValue, ProgressBar, RichText, WidgetInfo, WidgetType};
+use bevy_egui::egui::{self, DragValue, ProgressBar, RichText};
 
 use super::chart::Chart;
-use super::reasons::reasons;
 use super::{Decided, DecidedCommand, Progress, awaited, refusal, restarts};
 use crate::viewer::camera::LookAt;
 use crate::viewer::display_settings::Switch;
 use crate::viewer::event_filter::FoundMistakes;
 use crate::viewer::event_log::{EventLog, LogEntry};
+use crate::viewer::event_reasons::{self, reasons};
 use crate::viewer::events_panel::{EventChoice, ShownEvent};
 use crate::viewer::keyframes::{Keyframes, Simulator};
 use crate::viewer::lanes::Lanes;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::rebuild::{RebuildProgress, Rebuilt};
 use crate::viewer::shared::{Action, Playback, TimelineCommand};
-use crate::viewer::theme::{band, bright, count, dim, minutes, problem_colour, team_colour, text_size};
+use crate::viewer::theme::{band, bright, count, dim, link, minutes, problem_colour, team_colour, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::Team;
@@ -94,7 +94,8 @@ pub(super) fn show(
             }
             let mistakes = || lanes.tracks.mistakes().iter().zip(&found.0);
             for swing in listed {
-                let (reasons, earlier) = reasons(swing, mistakes(), log.until(f64::INFINITY));
+                let (reasons, earlier) =
+                    reasons(swing.team, &(swing.from_s..=swing.until_s), mistakes(), log.until(f64::INFINITY));
                 if let Some(there) = show_swing(ui, swing, (&reasons, earlier), is_read) {
                     clicked = Some(there);
                 }
@@ -196,17 +197,8 @@ fn show_swing(
         let earlier = count(earlier, "earlier event");
         ui.label(dim(format!("   {earlier}: see the list of events (E)")).size(text_size::SMALL));
     }
-    for entry in reasons {
-        ui.horizontal(|ui| {
-            ui.add_space(10.0);
-            ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
-            let colour = entry.side().map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
-            let began = if entry.time_s < swing.from_s { ", from before" } else { "" };
-            let text = RichText::new(format!("{}{began}", entry.text)).color(colour).size(text_size::ENTRY);
-            if link(ui, text, &entry.text).on_hover_text("Click: show the moment and the place").clicked() {
-                clicked = Some(Clicked::Event((*entry).clone()));
-            }
-        });
+    if let Some(entry) = event_reasons::show(ui, reasons, swing.from_s) {
+        clicked = Some(Clicked::Event(entry.clone()));
     }
     if reasons.is_empty() && !is_read {
         ui.label(dim("   no mistake, kick, fall, penalty or intervention").size(text_size::SMALL));
@@ -223,14 +215,6 @@ fn limits(swings: usize, is_complete: bool, is_read: bool) -> Option<&'static st
         (_, true, true) => Some("The match is being read for its mistakes."),
         (_, true, false) => None,
     }
-}
-
-/// A text that can be clicked.
-fn link(ui: &mut egui::Ui, text: RichText, name: &str) -> egui::Response {
-    let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
-    let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
-    response
 }
 
 /// The team that scored, or whose chance changed most.

@@ -79,6 +79,11 @@ impl Lanes {
         self.read.is_some()
     }
 
+    /// Reads the match for its mistakes, also while the lanes are closed.
+    pub fn want_mistakes(&mut self) {
+        self.is_wanted = true;
+    }
+
     /// Returns whether records until `last` have not been read: mistakes are missing.
     pub fn is_behind(&self, last: u64) -> bool {
         self.is_reading() || self.tracks.last_cycle().unwrap_or_default() + FEW < last

@@ -14,13 +14,16 @@ use std::thread;
 use super::goal_replay::GoalReplay;
 use super::large_letters;
 use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
+use crate::viewer::event_log::{EventJump, EventLog, LogEntry, LogKind};
 use crate::viewer::keyframes::Keyframes;
+use crate::viewer::lanes::Lanes;
 use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::match_panel::trace_reading::TraceReading;
 use crate::viewer::new_file::{stem, write_new};
 use crate::viewer::palette;
 use crate::viewer::shared::{Action, Notice, Playback, is_over};
 use crate::viewer::team_labels::TeamNames;
-use crate::viewer::theme::{card, dim, minutes, team_colour, team_colour_on, text_size};
+use crate::viewer::theme::{card, dim, link, minutes, team_colour, team_colour_on, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Rules};
@@ -30,7 +33,7 @@ use naoisis_record::record::history::History;
 use naoisis_record::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use naoisis_record::record::summary_picture::picture;
 use naoisis_record::record::summary_recorder::png;
-use naoisis_record::record::summary_rows::{KickLine, kick_maps, team_rows};
+use naoisis_record::record::summary_rows::{KickLine, ROBOT_COLUMNS, kick_maps, mistake_rows, robot_rows, team_rows};
 use naoisis_sim::scenario::Scenario;
 
 /// The height of the button, the margins and the distance to the edges of the window, logical pixels.
@@ -60,6 +63,8 @@ pub struct FinalSummary {
     of: Option<(Keyframes, u64)>,
     read: Option<Reading>,
     summary: Option<MatchSummary>,
+    /// Whether the trace of the match is still being read.
+    waits_for_trace: bool,
     /// Whether the end of the match is shown and the summary was not closed.
     is_shown: bool,
     is_closed: bool,
@@ -113,7 +118,7 @@ fn sum_up(
     history: Res<History>,
     keyframes: Res<Keyframes>,
     (scenario, display): (Option<Res<Scenario>>, Res<DisplaySettings>),
-    replay: Res<GoalReplay>,
+    (replay, trace): (Res<GoalReplay>, Option<Res<TraceReading>>),
     mut shown: ResMut<FinalSummary>,
 ) {
     let (Some(scenario), Some(last)) = (scenario, history.last_cycle()) else { return };
@@ -141,7 +146,9 @@ fn sum_up(
     // While the match is played, the statistics are those of the moment at which they were asked for.
     let is_late = |until: u64| until != last && (playback.paused || is_at_end);
     let is_known = shown.of.as_ref().is_some_and(|(of, until)| of.is_same(&keyframes) && !is_late(*until));
-    if is_shown && !is_known && shown.read.is_none() {
+    // The statistics of a part of a trace would be replaced at once.
+    shown.waits_for_trace = trace.is_some_and(|trace| trace.is_on());
+    if is_shown && !is_known && shown.read.is_none() && !shown.waits_for_trace {
         shown.of = Some((keyframes.clone(), last));
         shown.summary = None;
         let started_from = timeline.trace_scenario().unwrap_or(&scenario).clone();
@@ -181,7 +188,8 @@ fn show_summary(
     mut shown: ResMut<FinalSummary>,
     mut notice: ResMut<Notice>,
     (mut display, names): (ResMut<DisplaySettings>, TeamNames),
-    mut actions: MessageWriter<Action>,
+    (log, lanes): (Res<EventLog>, Option<ResMut<Lanes>>),
+    (mut actions, mut jumps): (MessageWriter<Action>, MessageWriter<EventJump>),
 ) -> Result {
     if !shown.is_wanted() {
         return Ok(());
@@ -189,7 +197,11 @@ fn show_summary(
     let context = contexts.ctx_mut()?;
     let Some(summary) = &shown.summary else {
         layout::floating(context, "summary to come", Align2::CENTER_CENTER).show(context, |ui| {
-            card(ui).show(ui, |ui| ui.label(format!("The statistics are being counted…{}", shown.progress())));
+            let words = match shown.waits_for_trace {
+                true => "The statistics follow when the whole trace has been read.".to_owned(),
+                false => format!("The statistics are being counted…{}", shown.progress()),
+            };
+            card(ui).fill(ui.visuals().panel_fill.to_opaque()).show(ui, |ui| ui.label(words));
         });
         return Ok(());
     };
@@ -197,7 +209,11 @@ fn show_summary(
     // With the goals of an ordinary match, it fits into a window of 720 logical pixels without scrolling.
     let letters = (0.33 * large_letters(context)).max(text_size::ENTRY);
     let most_height = (layout::free_area(context).height() - BESIDE_CONTENTS).max(BESIDE_CONTENTS);
-    let (mut is_closed, mut is_saved) = (false, false);
+    let (mut is_closed, mut is_saved, mut goal) = (false, false, None);
+    let mistakes = lanes.map(|mut lanes| {
+        lanes.want_mistakes();
+        mistake_rows(lanes.tracks.mistakes())
+    });
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.to_opaque()).show(ui, |ui| {
             let contents = egui::ScrollArea::vertical().max_height(most_height);
@@ -205,7 +221,13 @@ fn show_summary(
             let contents = contents.min_scrolled_height(most_height);
             // The bar is drawn over the right edge.
             let beside_bar = egui::Frame::NONE.inner_margin(egui::Margin { right: 14, ..default() });
-            contents.show(ui, |ui| beside_bar.show(ui, |ui| show_contents(ui, summary, &names, letters)));
+            contents.show(ui, |ui| {
+                beside_bar.show(ui, |ui| {
+                    goal = show_contents(ui, summary, &names, letters);
+                    show_robots(ui, summary, letters);
+                    show_table(ui, "mistakes", &["mistakes", &names[0], &names[1]], mistakes.as_deref(), letters);
+                });
+            });
             ui.horizontal(|ui| {
                 is_closed = ui.button("Close").clicked();
                 let hint = "Saves the statistics as a picture in the current folder";
@@ -227,13 +249,50 @@ fn show_summary(
             Err(error) => format!("The summary was not saved: {error}"),
         });
     }
+    if let Some(goal) = goal.and_then(|time_s| goal_at(&log, time_s)) {
+        jumps.write(EventJump(Some(goal.clone())));
+        (display.events, is_closed) = (true, true);
+    }
     if is_closed {
         (shown.is_closed, display.summary) = (true, false);
     }
     Ok(())
 }
 
-fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2], letters: f32) {
+/// Returns the goal at this time, s.
+fn goal_at(log: &EventLog, time_s: f64) -> Option<&LogEntry> {
+    let is_it = |entry: &&LogEntry| entry.kind == LogKind::Goal && (entry.time_s - time_s).abs() < 0.01;
+    log.until(f64::INFINITY).iter().find(is_it)
+}
+
+/// Shows the table of robots.
+fn show_robots(ui: &mut egui::Ui, summary: &MatchSummary, letters: f32) {
+    let mut columns = ROBOT_COLUMNS;
+    columns[0] = "robots";
+    show_table(ui, "robots", &columns, Some(&robot_rows(summary)), letters);
+}
+
+/// Shows a table with the names of its columns, the first of which is its title. `None` are rows of which nothing is known.
+fn show_table(ui: &mut egui::Ui, id: &str, columns: &[&str], rows: Option<&[Vec<String>]>, letters: f32) {
+    let Some(rows) = rows else { return };
+    ui.add_space(letters / 2.0);
+    Grid::new(id).num_columns(columns.len()).spacing([1.4 * letters, 0.2 * letters]).show(ui, |ui| {
+        for name in columns {
+            ui.label(dim(*name).size(letters));
+        }
+        ui.end_row();
+        for row in rows {
+            for (column, words) in row.iter().enumerate() {
+                let text = egui::RichText::new(words).size(letters);
+                ui.label(if column == 0 { text.weak() } else { text });
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// Shows the statistics of the teams, the goals and the maps. Returns the time of a goal that was clicked, s.
+fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2], letters: f32) -> Option<f64> {
     let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
     Grid::new("summary").num_columns(3).spacing([2.0 * letters, 0.3 * letters]).show(ui, |ui| {
         ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))).size(letters));
@@ -253,11 +312,16 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2],
     }
     let room = (layout::free_area(ui.ctx()).width() - BESIDE_CONTENTS) / letters;
     let beside = (((room - GOALS_NAME) / GOAL) as usize).clamp(1, GOALS_BESIDE);
+    let mut clicked = None;
     Grid::new("goals").num_columns(beside + 1).spacing([2.0 * letters, 0.2 * letters]).show(ui, |ui| {
         for (line, goals) in summary.goals.chunks(beside).enumerate() {
             ui.label(dim(if line == 0 { "goals" } else { "" }).size(letters));
             for (time_s, by) in goals {
-                ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))).size(letters));
+                let words = format!("{}   {by}", minutes(*time_s as f32));
+                let goal = link(ui, egui::RichText::new(&words).size(letters), &words);
+                if goal.on_hover_text("Click: show the goal and what led to it").clicked() {
+                    clicked = Some(*time_s);
+                }
             }
             ui.end_row();
         }
@@ -288,6 +352,7 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2],
             });
         }
     });
+    clicked
 }
 
 /// The statistics of the teams, line by line.

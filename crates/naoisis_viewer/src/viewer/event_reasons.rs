@@ -1,27 +1,32 @@
-//! The reasons for a swing: the mistakes, falls, penalties and failures of the team that lost by it, the kicks before its end, and
-//! whatever was done by hand.
+//! The events that led to a goal, or to a better chance of a team: the mistakes, falls, penalties and failures of the other team, the
+//! kicks, and whatever was done by hand.
 
-use crate::viewer::event_log::{LogEntry, LogKind};
+use bevy_egui::egui::{self, RichText};
+use core::ops::RangeInclusive;
+
+use super::event_log::{LogEntry, LogKind};
+use super::theme::{dim, link, minutes, team_colour, text_size};
+use naoisis_core::team::Team;
 use naoisis_record::record::mistakes::Mistake;
-use naoisis_record::whatif::chances::Swing;
 
-/// The greatest number of mistakes, of kicks, of failures, and of interventions of a swing that are listed: the last ones.
+/// The greatest number of mistakes, of kicks, of failures, and of interventions that are listed: the last ones.
 const MOST: usize = 4;
 
-/// The listed mistakes, kicks and other events of a swing in the order of their times, and the number of earlier ones. `mistakes` have their
-/// entries, `log` is the whole log.
-pub(super) fn reasons<'a>(
-    swing: &Swing,
-    mistakes: impl Iterator<Item = (&'a Mistake, &'a LogEntry)>,
+/// Returns the events in an interval of time, s, that helped `team`, in the order of their times, and the number of earlier ones that are left
+/// out. `mistakes` have their entries, `log` is the whole log.
+pub(super) fn reasons<'a, 'b>(
+    team: Team,
+    interval_s: &RangeInclusive<f64>,
+    mistakes: impl Iterator<Item = (&'b Mistake, &'a LogEntry)>,
     log: &'a [LogEntry],
 ) -> (Vec<&'a LogEntry>, usize) {
     let costs = |mistake: &Mistake| {
-        mistake.robot.team != swing.team && mistake.from_s <= swing.until_s && mistake.until_s >= swing.from_s
+        mistake.robot.team != team && mistake.from_s <= *interval_s.end() && mistake.until_s >= *interval_s.start()
     };
     let mistakes: Vec<&LogEntry> = mistakes.filter(|(mistake, _)| costs(mistake)).map(|(_, entry)| entry).collect();
-    let is_then = |entry: &&LogEntry| (swing.from_s..=swing.until_s).contains(&entry.time_s);
+    let is_then = |entry: &&LogEntry| interval_s.contains(&entry.time_s);
     let kicks: Vec<&LogEntry> = log.iter().filter(|entry| entry.kind == LogKind::Kick).filter(is_then).collect();
-    let is_of_loser = |entry: &&LogEntry| entry.robot.is_some_and(|robot| robot.team != swing.team);
+    let is_of_loser = |entry: &&LogEntry| entry.robot.is_some_and(|robot| robot.team != team);
     let has_failed = |entry: &&LogEntry| matches!(entry.kind, LogKind::Fall | LogKind::Penalty) && !entry.is_recovery;
     let failures: Vec<&LogEntry> = log.iter().filter(has_failed).filter(is_of_loser).filter(is_then).collect();
     let by_hand: Vec<&LogEntry> = log.iter().filter(|entry| entry.kind == LogKind::Hand).filter(is_then).collect();
@@ -29,6 +34,24 @@ pub(super) fn reasons<'a>(
     reasons.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
     let earlier = mistakes.len() + kicks.len() + failures.len() + by_hand.len() - reasons.len();
     (reasons, earlier)
+}
+
+/// Shows events line by line, and marks those that began before `from_s`. Returns the event that was clicked.
+pub(super) fn show<'a>(ui: &mut egui::Ui, events: &[&'a LogEntry], from_s: f64) -> Option<&'a LogEntry> {
+    let mut clicked = None;
+    for entry in events {
+        ui.horizontal(|ui| {
+            ui.add_space(10.0);
+            ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
+            let colour = entry.side().map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
+            let began = if entry.time_s < from_s { ", from before" } else { "" };
+            let text = RichText::new(format!("{}{began}", entry.text)).color(colour).size(text_size::ENTRY);
+            if link(ui, text, &entry.text).on_hover_text("Click: show the moment and the place").clicked() {
+                clicked = Some(*entry);
+            }
+        });
+    }
+    clicked
 }
 
 fn last<'a, 'b>(entries: &'b [&'a LogEntry]) -> &'b [&'a LogEntry] {
@@ -39,15 +62,11 @@ fn last<'a, 'b>(entries: &'b [&'a LogEntry]) -> &'b [&'a LogEntry] {
 mod tests {
     use super::*;
     use bevy::prelude::*;
-    use naoisis_core::team::{PerTeam, RobotId, Team};
+    use naoisis_core::team::RobotId;
     use naoisis_record::record::mistakes::MistakeKind;
-    use naoisis_record::whatif::chances::{Chance, swings};
 
     #[test]
-    fn mistakes_and_falls_of_the_team_that_lost_by_a_swing_and_kicks_and_interventions_in_it_are_its_reasons() {
-        let score = PerTeam { blue: 0, pink: 0 };
-        let chance = |time_s, blue| Chance { time_s, score, times: 100, first: PerTeam { blue, pink: 0 } };
-        let swings = swings(&[chance(10.0, 0), chance(15.0, 90)], &[]);
+    fn mistakes_and_falls_of_the_other_team_and_kicks_and_interventions_in_the_interval_are_reasons() {
         let mistake = |team, from_s, until_s| Mistake {
             kind: MistakeKind::BallMisplaced,
             robot: RobotId::new(team, 2),
@@ -79,7 +98,7 @@ mod tests {
         ];
         let of = |times: usize| {
             let mistakes = (0..times).flat_map(|_| mistakes.iter().zip(&entries));
-            let (reasons, earlier) = reasons(&swings[0], mistakes, &log);
+            let (reasons, earlier) = reasons(Team::Blue, &(10.0..=15.0), mistakes, &log);
             (reasons.iter().map(|entry| entry.time_s).collect::<Vec<_>>(), earlier)
         };
         assert_eq!(of(1), (vec![8.0, 10.0, 12.0, 13.0, 14.0], 0));
