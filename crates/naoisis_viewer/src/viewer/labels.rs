@@ -6,11 +6,12 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
 use super::display_settings::{DisplaySettings, Workspace};
+use super::event_log::EventLog;
 use super::layout::{FreeArea, LayoutSystems};
 use super::overlays::OverlayWords;
 use super::palette;
 use super::shared::{NameAreas, short_name, shows_truth};
-use super::theme::text_size;
+use super::theme::{team_colour_on, text_size};
 use naoisis_core::ball::BallPhysics;
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
@@ -31,7 +32,7 @@ const GAP_PIXELS: f32 = 1.0;
 /// The free width for each robot below which names are short, logical pixels at the usual size of names.
 const LEAST_FOR_NAMES: f32 = 90.0;
 /// The most other labels that one is moved above.
-const MOST_MOVES: usize = 6;
+const MOST_MOVES: usize = 24;
 
 /// The areas of all labels of this frame, logical pixels of the panels.
 #[derive(Resource, Default, Debug)]
@@ -137,7 +138,7 @@ fn draw_labels(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
-    (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
+    (clock, display, log): (Res<CycleClock>, Res<DisplaySettings>, Res<EventLog>),
     (free, mut names, mut areas): (Res<FreeArea>, ResMut<NameAreas>, ResMut<LabelAreas>),
 ) -> Result {
     let size = if is_for_audience(&display) { text_size::TITLE } else { text_size::ENTRY };
@@ -167,10 +168,12 @@ fn draw_labels(
         let name = if is_short { short_name(*id) } else { id.to_string() };
         let name = match penalty.0 {
             Some(active) => format!("{name}: {:.0} s", active.left_s(&clock)),
+            None if log.lost_program(*id, clock.end_time_s()).is_some() => format!("{name}: no program"),
             None => name,
         };
         let faded = if penalty.is_off_pitch() { 0.7 } else { 0.85 };
-        let colour = palette::in_panel(palette::team(id.team));
+        // Dark enough for white letters.
+        let colour = team_colour_on(false, id.team);
         let text = painter.layout_no_wrap(name, FontId::proportional(size), Color32::WHITE);
         let middle = Pos2::new(place.x / zoom, place.y / zoom);
         let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());

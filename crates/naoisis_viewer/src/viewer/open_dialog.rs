@@ -1,7 +1,7 @@
 //! A dialog in which to choose the file of a scenario, a saved match or a trace.
 
 use bevy::prelude::*;
-use bevy_egui::egui::Align2;
+use bevy_egui::egui::{Align2, Color32};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use egui_file_dialog::{DialogState, FileDialog, FileDialogConfig, OpeningMode};
 
@@ -58,7 +58,18 @@ fn show(
     mut playback: ResMut<Playback>,
     mut commands: MessageWriter<MatchCommand>,
 ) -> Result {
-    dialog.0.update(contexts.ctx_mut()?);
+    let context = contexts.ctx_mut()?;
+    // The dialog writes with the colour of selected rows, too.
+    let style = context.global_style();
+    context.global_style_mut(|style| {
+        let selection = &mut style.visuals.selection;
+        (selection.bg_fill, selection.stroke.color) = match style.visuals.dark_mode {
+            true => (Color32::from_rgb(90, 165, 225), Color32::BLACK),
+            false => (Color32::from_rgb(0, 100, 160), Color32::WHITE),
+        };
+    });
+    dialog.0.update(context);
+    context.set_global_style(style);
     is_open.set_if_neq(DialogIsOpen(*dialog.0.state() == DialogState::Open));
     if let Some(path) = dialog.0.take_picked() {
         commands.write(MatchCommand::Open(path));

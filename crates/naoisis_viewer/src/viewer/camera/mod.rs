@@ -265,9 +265,14 @@ fn choose_view(
     }
 }
 
-/// Whether the camera followed play before it looked at a place.
+/// The view before the camera looked at a place.
 #[derive(Resource, Default)]
-struct FollowsAgain(bool);
+struct FollowsAgain {
+    /// Whether it followed play before it looked at a place.
+    play: bool,
+    /// How it showed the whole pitch before it looked at a place.
+    pitch: Option<Overview>,
+}
 
 fn look_at_places(
     mut places: MessageReader<LookAt>,
@@ -275,23 +280,33 @@ fn look_at_places(
     mut again: ResMut<FollowsAgain>,
 ) {
     if let Some(LookAt { place, reach_m }) = places.read().last() {
-        again.0 |= camera.mode == CameraMode::Play;
+        match camera.mode {
+            CameraMode::Play => again.play = true,
+            CameraMode::Pitch(overview) => again.pitch = Some(overview),
+            _ => {}
+        }
         camera.wanted = camera.wanted.at(*place, *reach_m);
         camera.mode = CameraMode::Orbit;
     }
 }
 
-/// Follows play again once it goes on, unless another view was chosen.
+/// Follows play again once it goes on, and shows the whole pitch of another match again, unless another view was chosen.
 fn follow_again(
     playback: Option<Res<Playback>>,
+    (scenario, clock): (Option<Res<Scenario>>, Option<Res<CycleClock>>),
     mut presets: MessageReader<ViewPreset>,
     mut camera: Single<&mut ViewerCamera>,
     mut again: ResMut<FollowsAgain>,
 ) {
+    let is_new = scenario.is_some_and(|scenario| scenario.is_changed()) && clock.is_some_and(|clock| clock.cycle <= 1);
     if presets.read().count() > 0 || camera.mode != CameraMode::Orbit {
-        again.0 = false;
-    } else if again.0 && playback.is_some_and(|playback| !playback.paused) {
-        (again.0, camera.mode) = (false, CameraMode::Play);
+        *again = FollowsAgain::default();
+    } else if again.play && playback.is_some_and(|playback| !playback.paused) {
+        *again = FollowsAgain::default();
+        camera.mode = CameraMode::Play;
+    } else if let Some(overview) = again.pitch.filter(|_| is_new) {
+        *again = FollowsAgain::default();
+        camera.mode = CameraMode::Pitch(overview);
     }
 }
 
@@ -327,7 +342,7 @@ fn use_mouse(
     if wanted == camera.wanted {
         return;
     }
-    again.0 = false;
+    *again = FollowsAgain::default();
     // Moving the camera away from what it follows ends following.
     if matches!(mode, CameraMode::Pitch(_) | CameraMode::Play)
         || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly)

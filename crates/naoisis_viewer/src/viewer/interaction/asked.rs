@@ -52,9 +52,9 @@ fn waiting_words(intervention: Intervention) -> String {
     /// When it happens.
     const WHEN: &str = "when the match goes on";
     match intervention {
-        Intervention::PlaceRobot { robot, .. } => format!("{robot}, {WHEN}"),
+        Intervention::PlaceRobot { robot, .. } => format!("{robot} {WHEN}"),
         Intervention::PlaceBall { .. } | Intervention::DropBall { .. } => WHEN.to_owned(),
-        other => format!("{other}, {WHEN}"),
+        other => format!("{other} {WHEN}"),
     }
 }
 
@@ -90,8 +90,8 @@ mod tests {
         assert!(words[1].0 == Vec2::NEG_X && words[1].1.ends_with("when the match goes on"), "{words:?}");
         let words: Vec<_> = words_of(&queue, |_| None).collect();
         let expected = [
-            (Vec2::new(2.0, 1.0), "blue1, when the match goes on"),
-            (Vec2::ZERO, "kick-off for pink, when the match goes on"),
+            (Vec2::new(2.0, 1.0), "blue1 when the match goes on"),
+            (Vec2::ZERO, "kick-off for pink when the match goes on"),
             (Vec2::ONE, "when the match goes on"),
         ];
         assert_eq!(words, expected.map(|(place, words)| (place, words.to_owned())));

@@ -177,11 +177,9 @@ pub(super) fn show_when_read(world: &mut World) {
     } else if let Some(reading) = &mut world.resource_mut::<TraceReading>().0 {
         reading.is_shown = true;
     }
-    if is_broken_off {
-        notify(world, BROKEN_OFF);
-    }
-    if is_wrong || !is_shown {
-        world.resource_mut::<Playback>().problem = shown.err();
+    let problem = shown.err().or_else(|| is_broken_off.then(|| format!("{name}: {BROKEN_OFF}")));
+    if problem.is_some() || !is_shown {
+        world.resource_mut::<Playback>().problem = problem;
     }
 }
 

@@ -91,7 +91,7 @@ impl Bookmarks {
     fn added_words(&self) -> String {
         let kept =
             if self.are_stored { "" } else { ". Ctrl S saves the match with it; else it is lost with the window" };
-        format!("{}; J: next one, Shift J: previous one{kept}", self.shown_words())
+        format!("{}: click below to write its caption; J: next one, Shift J: previous one{kept}", self.shown_words())
     }
 
     /// Replaces the bookmarks by those stored for a match.
@@ -355,7 +355,10 @@ mod tests {
         bookmarks.add(bookmark(50, "pass"));
         assert!(bookmarks.added_words().contains("Ctrl S saves"));
         bookmarks.are_stored = true;
-        assert_eq!(bookmarks.added_words(), "Bookmark 1 of 1; J: next one, Shift J: previous one");
+        assert_eq!(
+            bookmarks.added_words(),
+            "Bookmark 1 of 1: click below to write its caption; J: next one, Shift J: previous one"
+        );
     }
 
     #[test]
