@@ -37,7 +37,7 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 #[non_exhaustive]
 pub enum TraceError {
     /// The file cannot be opened or read.
-    #[error("{}: {error}; expected a trace, as `naoisis run --trace` writes it", path.display())]
+    #[error("{}: {}; expected a trace, as `naoisis run --trace` writes it", path.display(), io_words(error))]
     Io {
         /// The file.
         path: PathBuf,
@@ -61,6 +61,10 @@ pub enum TraceError {
 }
 
 naoisis_core::debug_as_displayed!(TraceError);
+
+fn io_words(error: &io::Error) -> String {
+    if error.kind() == io::ErrorKind::NotFound { "there is no such file".to_owned() } else { error.to_string() }
+}
 
 /// How a trace ends.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -162,6 +166,9 @@ impl TraceReader {
         }
         if trace.text.starts_with(BYTE_ORDER_MARK) {
             trace.text.drain(..BYTE_ORDER_MARK.len());
+        }
+        if !trace.text.trim_ascii_start().starts_with(b"{") {
+            return Err(trace.fault(1, "this is no trace: it does not begin with an object", expected));
         }
         if trace.line_type()? != "header" {
             return Err(trace.fault(1, "this line is no header", expected));

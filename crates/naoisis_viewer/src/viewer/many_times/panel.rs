@@ -63,6 +63,10 @@ pub(super) fn show(
                 }
             });
             if let Some(run) = &many.run {
+                ui.separator();
+                if !run.keyframes.is_same(&keyframes) {
+                    ui.label(egui::RichText::new("Of another match or branch:").strong());
+                }
                 show_run(ui, run, &clock, &mut commands);
                 let is_changed = run.is_changed_since(&clock, &interventions, &keyframes);
                 show_test(ui, run, is_changed, &mut expected, &mut commands);
@@ -73,7 +77,6 @@ pub(super) fn show(
 }
 
 fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut MessageWriter<ManyTimesCommand>) {
-    ui.separator();
     let at = minutes((run.cycle as f64 * clock.period_s) as f32);
     ui.label(format!("From {at} on, for {:.0} s", run.for_s));
     let (played, times) = (run.rows.len(), run.times);

@@ -122,23 +122,30 @@ pub(super) fn marks(overlay: Overlay) -> Vec<(Color, &'static str)> {
     match overlay {
         Overlay::FieldsOfView => vec![
             (camera_colour(CameraName::TOP), "seen by the upper camera"),
-            (camera_colour(CameraName::BOTTOM), "by the lower camera"),
+            (camera_colour(CameraName::BOTTOM), "seen by the lower camera"),
         ],
-        Overlay::Sonar => inks(&[(Sky, "sonar"), (Vermilion, "echo")]),
+        Overlay::Sonar => inks(&[(Sky, "sonar"), (Vermilion, "sonar echo")]),
         Overlay::Percepts => {
-            [inks(&[(Orange, "recognises the ball"), (White, "lines")]), teams(["blue", "pink"]).to_vec()].concat()
+            let robots = teams(["recognises a blue robot", "recognises a pink robot"]);
+            [inks(&[(Orange, "recognises the ball"), (White, "recognises lines")]), robots.to_vec()].concat()
         }
         Overlay::Beliefs => inks(&[
-            (Purple, "believes itself; ellipses have 95 % of the probability"),
-            (Orange, "the ball, with a line to it; arrow: its motion"),
-            (robot_ink(Team::Blue), "a blue robot"),
-            (robot_ink(Team::Pink), "a pink robot"),
+            (Purple, "believes itself there; ellipses have 95 % of the probability"),
+            (Orange, "believes the ball there; arrow: its motion"),
+            (robot_ink(Team::Blue), "believes a blue robot there"),
+            (robot_ink(Team::Pink), "believes a pink robot there"),
         ]),
-        Overlay::Targets => inks(&[(White, "walks within a second"), (Sky, "head")]),
+        Overlay::Targets => inks(&[(White, "walks there within a second"), (Sky, "looks there")]),
         Overlay::Drawings => Vec::new(),
-        Overlay::Bounds => inks(&[(Yellow, "bounds of the base"), (Sky, "torso")]),
-        Overlay::KickAreas => inks(&[(White, "kick forwards"), (Sky, "to the side"), (Vermilion, "the ball is in it")]),
-        Overlay::Trails => [teams(["path of blue", "of pink"]).to_vec(), inks(&[(Orange, "of the ball")])].concat(),
+        Overlay::Bounds => inks(&[(Yellow, "bounds of the base"), (Sky, "bounds of the torso")]),
+        Overlay::KickAreas => inks(&[
+            (White, "area of a kick forwards"),
+            (Sky, "area of a kick to the side"),
+            (Vermilion, "the ball is in the area"),
+        ]),
+        Overlay::Trails => {
+            [teams(["path of blue", "path of pink"]).to_vec(), inks(&[(Orange, "path of the ball")])].concat()
+        }
     }
 }
 
