@@ -309,6 +309,7 @@ fn read_keys(
         if input.text.as_deref() == Some("?") {
             actions.write(Action::Toggle(Switch::Commands));
             are_for_list = true;
+            continue;
         }
         // Driving uses plain keys for that.
         if press.control || !driving.takes(press.key) {
@@ -480,7 +481,7 @@ mod tests {
             (actions, core::mem::take(&mut app.world_mut().resource_mut::<TypedAhead>().0))
         };
         let opens = Action::Toggle(Switch::Commands);
-        let typed = [(KeyCode::Minus, "?"), (KeyCode::KeyO, "o"), (KeyCode::KeyR, "r"), (KeyCode::Enter, "\r")];
+        let typed = [(KeyCode::Slash, "?"), (KeyCode::KeyO, "o"), (KeyCode::KeyR, "r"), (KeyCode::Enter, "\r")];
         assert_eq!(press(&mut app, &typed), (vec![opens], "or".to_owned()));
         app.world_mut().resource_mut::<DisplaySettings>().commands = true;
         assert_eq!(press(&mut app, &[(KeyCode::KeyR, "r")]), (vec![], "r".to_owned()));
