@@ -63,7 +63,7 @@ pub enum TraceError {
 naoisis_core::debug_as_displayed!(TraceError);
 
 fn io_words(error: &io::Error) -> String {
-    if error.kind() == io::ErrorKind::NotFound { "there is no such file".to_owned() } else { error.to_string() }
+    if error.kind() == ErrorKind::NotFound { "there is no such file".to_owned() } else { error.to_string() }
 }
 
 /// How a trace ends.

@@ -46,7 +46,10 @@ pub(super) fn show<'a>(ui: &mut egui::Ui, events: &[&'a LogEntry], from_s: f64) 
             let colour = entry.side().map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
             let began = if entry.time_s < from_s { ", from before" } else { "" };
             let text = RichText::new(format!("{}{began}", entry.text)).color(colour).size(text_size::ENTRY);
-            if link(ui, text, &entry.text).on_hover_text("Click: show the moment and the place").clicked() {
+            if link(ui, egui::Label::new(text).wrap(), &entry.text)
+                .on_hover_text("Click: show the moment and the place")
+                .clicked()
+            {
                 clicked = Some(*entry);
             }
         });

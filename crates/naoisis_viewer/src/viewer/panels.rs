@@ -76,7 +76,9 @@ fn show_score(
             ui.label(bright(&names[0]).size(text_size::TEAM));
             ui.add_space(4.0);
             let hint = "The moments that changed the chances to score most, and why (A)";
-            is_asked = link(ui, bright(&score).size(text_size::SCORE).strong(), &score).on_hover_text(hint).clicked();
+            is_asked = link(ui, egui::Label::new(bright(&score).size(text_size::SCORE).strong()), &score)
+                .on_hover_text(hint)
+                .clicked();
             ui.add_space(4.0);
             ui.label(bright(&names[1]).size(text_size::TEAM));
             band(ui, Team::Pink, egui::vec2(14.0, 22.0));

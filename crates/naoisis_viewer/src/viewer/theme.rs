@@ -164,10 +164,9 @@ pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
     ui.painter().rect_filled(area, rounding, palette::in_panel(palette::team(team)));
 }
 
-/// Shows a text that can be clicked. `name` is for screen readers.
-pub fn link(ui: &mut egui::Ui, text: RichText, name: &str) -> egui::Response {
-    let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
-    let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
+/// Shows a label that can be clicked. `name` is for screen readers.
+pub fn link(ui: &mut egui::Ui, label: egui::Label, name: &str) -> egui::Response {
+    let response = ui.add(label.sense(egui::Sense::click())).on_hover_cursor(egui::CursorIcon::PointingHand);
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
     response
 }

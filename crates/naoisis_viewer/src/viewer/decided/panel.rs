@@ -180,7 +180,9 @@ fn show_swing(
         // The score is beside the words, not over them.
         let headline = ui.scope(|ui| {
             ui.set_max_width((ui.available_width() - SCORE_WIDTH).max(0.0));
-            link(ui, text, &words).on_hover_text("Click: show the moment at which it began").clicked()
+            link(ui, egui::Label::new(text).wrap(), &words)
+                .on_hover_text("Click: show the moment at which it began")
+                .clicked()
         });
         if headline.inner {
             clicked = Some(Clicked::Time(swing.from_s));

@@ -318,7 +318,7 @@ fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2],
             ui.label(dim(if line == 0 { "goals" } else { "" }).size(letters));
             for (time_s, by) in goals {
                 let words = format!("{}   {by}", minutes(*time_s as f32));
-                let goal = link(ui, egui::RichText::new(&words).size(letters), &words);
+                let goal = link(ui, egui::Label::new(egui::RichText::new(&words).size(letters)), &words);
                 if goal.on_hover_text("Click: show the goal and what led to it").clicked() {
                     clicked = Some(*time_s);
                 }
