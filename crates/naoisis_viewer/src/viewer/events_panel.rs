@@ -231,7 +231,8 @@ fn show_events(
 }
 
 /// Shows all entries, the latest first, with a line between those until now and those to come. When an event passes,
-/// the list scrolls to it. Lines in sight stay where they are while events to come are added. Returns the height of the list.
+/// the list scrolls to it, and when its height changes. Lines in sight stay where they are while events to come are added. Returns the height
+/// of the list.
 fn show_list(
     ui: &mut egui::Ui,
     log: &[LogEntry],
@@ -240,7 +241,8 @@ fn show_list(
     mut show: impl FnMut(&mut egui::Ui, &LogEntry),
 ) -> f32 {
     let id = ui.id().with("first and latest shown event");
-    let (top, before, length): (f32, usize, usize) = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    let (top, before, length, height_before): (f32, usize, usize, f32) =
+        ui.data(|data| data.get_temp(id)).unwrap_or_default();
     let line = LINE + ui.spacing().item_spacing.y;
     let to_come = log.len() - log.partition_point(|entry| !is_to_come(entry, now_s, period_s));
     let mut list = egui::ScrollArea::vertical()
@@ -249,9 +251,10 @@ fn show_list(
         .auto_shrink(false)
         .id_salt("events");
     let added = log.len().saturating_sub(length);
-    if added > 0 && length > 0 && to_come == before + added {
+    let is_resized = (height - height_before).abs() > 1.0;
+    if added > 0 && length > 0 && to_come == before + added && !is_resized {
         list = list.vertical_scroll_offset(top + added as f32 * line);
-    } else if to_come != before
+    } else if (to_come != before || is_resized)
         && let Some(top) = scrolled(to_come as f32 * line, line, top, height)
     {
         list = list.vertical_scroll_offset(top);
@@ -265,7 +268,7 @@ fn show_list(
             show(ui, &log[log.len() - 1 - index]);
         }
     });
-    ui.data_mut(|data| data.insert_temp(id, (output.state.offset.y, to_come, log.len())));
+    ui.data_mut(|data| data.insert_temp(id, (output.state.offset.y, to_come, log.len(), height)));
     output.inner_rect.height()
 }
 

@@ -144,7 +144,7 @@ fn show_notice(
     let area = layout::floating(context, "notice", align).fixed_pos(align.pos_in_rect(&place));
     let shown = area.show(context, |ui| {
         let text = bright(&notice.text).size(text_size::IMPORTANT);
-        card(ui).show(ui, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             // The notice is on one line if it fits.
             let long = notice.text.chars().count() as f32 * NOTICE_LETTER > widest;
             if long {

@@ -228,7 +228,10 @@ fn draw_percepts(
         let rounding = if robot.team == Team::Blue { 0.0 } else { 4.5 };
         let colour = palette::in_panel(palette::team(robot.team));
         painter.rect(area, rounding, colour, outline, egui::StrokeKind::Middle);
-        write(at + egui::vec2(0.0, 12.0), robot.team.name(), palette::ink(DrawColour::White));
+        // In small images, the names of robots that stand close would cover each other.
+        if words_size > text_size::SMALL {
+            write(at + egui::vec2(0.0, 12.0), robot.team.name(), palette::ink(DrawColour::White));
+        }
     }
     for ball in percepts.all_balls().filter(|ball| ball.camera == side) {
         let at = place(ball.pixel);
