@@ -4,12 +4,13 @@ use bevy::prelude::*;
 use core::sync::atomic::AtomicBool;
 
 use super::action::{CONTINUOUS, continuous};
-use super::attempts::{AttemptError, Attempts, ChallengePlayer, settings, world};
+use super::attempts::{AttemptError, Attempts, ChallengePlayer};
 use super::challenge::Challenge;
 use super::entry::ObservationEntry;
 use super::episode::{EnvironmentSettings, Episode};
 use super::kind::ObservationKind;
 use super::observation::entries;
+use super::prepared::{settings, world};
 use super::recorded_commands::{RecordedCommands, record_commands};
 use crate::agents::{RobotCommand, dismiss};
 use naoisis_core::team::RobotId;

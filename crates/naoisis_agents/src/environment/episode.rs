@@ -384,7 +384,7 @@ mod tests {
     use super::*;
     use crate::environment::player::ChallengePlayer;
     use crate::environment::state::ball_of;
-    use crate::environment::{Challenge, attempts};
+    use crate::environment::{Challenge, prepared};
     use naoisis_core::robot::head::{HeadAngles, HeadLimits};
     use naoisis_core::team::Team;
     use naoisis_sim::scenario::Realism;
@@ -400,13 +400,13 @@ mod tests {
     /// the ball's last.
     fn played(observation: ObservationKind) -> (bool, Vec<Pose>) {
         let challenge = Challenge::named("TwoOnTwo").unwrap().with(Realism::Realistic, None).unwrap();
-        let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
+        let settings = prepared::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
         let settings = EnvironmentSettings {
             observed: observation.into(),
             blind: observation == ObservationKind::Truth,
             ..settings
         };
-        let mut episode = Episode::new(attempts::world(simulator), 3);
+        let mut episode = Episode::new(prepared::world(simulator), 3);
         episode.begin(&settings).unwrap();
         let robot = |world: &World, id| world.resource::<Roster>().get(id).unwrap();
         let actions = [0.7, 0.1, 0.2, 0.0, 0.3, 0.0, 0.0, 0.0].repeat(2);
@@ -434,14 +434,14 @@ mod tests {
     #[test]
     fn the_head_of_a_robot_that_knows_the_truth_looks_at_the_ball() {
         let challenge = Challenge::named("GoToBall").unwrap();
-        let settings = attempts::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
+        let settings = prepared::settings(&challenge, &ChallengePlayer::Random, simulator().world()).unwrap();
         let settings = EnvironmentSettings {
             observed: ObservationKind::Truth.into(),
             blind: true,
             action: ActionKind::Discrete,
             ..settings
         };
-        let mut episode = Episode::new(attempts::world(simulator), 3);
+        let mut episode = Episode::new(prepared::world(simulator), 3);
         episode.begin(&settings).unwrap();
         for _ in 0..20 {
             // It turns to the left until the ball is ahead.

@@ -6,6 +6,7 @@
 
 pub mod action;
 pub mod action_space;
+mod attempt;
 mod attempt_error;
 pub mod attempts;
 pub mod challenge;
@@ -23,6 +24,7 @@ mod mask;
 pub(crate) mod memory;
 pub mod observation;
 mod player;
+mod prepared;
 mod recorded_commands;
 pub mod results;
 pub mod reward;

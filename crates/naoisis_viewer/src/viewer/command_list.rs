@@ -5,7 +5,8 @@ use bevy_egui::egui::{self, Align2, Key, Margin, Order, TextEdit, WidgetInfo, Wi
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::display_settings::{DisplaySettings, Switch, Workspace};
-use super::keys::{TypedAhead, first_bindings};
+use super::key_bindings::first_bindings;
+use super::keys::TypedAhead;
 use super::layout::{LARGE_SCORE, LayoutSystems, shown_at};
 use super::shared::{Action, FindEvent, SelectionCommand, TeachAction, ViewerCommand};
 use super::speed::Speed;
@@ -183,7 +184,7 @@ fn show_entry(ui: &mut egui::Ui, entry: &Entry, is_marked: bool) -> egui::Respon
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::viewer::keys::BINDINGS;
+    use crate::viewer::key_bindings::BINDINGS;
 
     #[test]
     fn a_command_is_found_by_parts_of_its_words_in_any_order() {

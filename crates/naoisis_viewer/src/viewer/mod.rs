@@ -28,7 +28,7 @@
 //! | `ball_and_posts` | models of ball and posts |
 //! | `contact_shadows` | soft shadows below robots and balls |
 //! | [`camera`] | the camera of the window |
-//! | [`keys`], `key_presses`, [`display_settings`] | keys; which panels are shown, and how |
+//! | [`keys`], [`key_bindings`], `key_presses`, [`display_settings`] | keys; which panels are shown, and how |
 //! | [`interaction`] | dragging, turning, kicking, whistling; driving a robot |
 //! | [`overlays`] | drawings on the pitch: perceptions, beliefs and commands of robots |
 //! | [`camera_images`] | images of the robots' cameras |
@@ -53,7 +53,7 @@
 //! | [`teach`] | a pen, the world of one robot, bookmarks with captions |
 //! | `panels` | score, clock, controls, help |
 //! | `team_labels` | the names of the teams |
-//! | `events_panel` | penalties and events |
+//! | `events_panel`, `event_details` | penalties and events; the reasons of the selected one |
 //! | [`selection`] | the selected robot |
 //! | [`frame_cost`] | the cost of a frame |
 //! | [`memory`] | state that persists between runs |
@@ -98,6 +98,7 @@ pub mod decided;
 pub mod display_settings;
 mod drawing;
 pub mod drive;
+mod event_details;
 pub mod event_filter;
 pub mod event_log;
 mod event_reasons;
@@ -111,6 +112,7 @@ pub mod frames;
 mod ghost_models;
 pub mod ghosts;
 pub mod interaction;
+pub mod key_bindings;
 mod key_presses;
 pub mod keyframes;
 pub mod keys;

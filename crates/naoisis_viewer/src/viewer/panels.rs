@@ -7,7 +7,7 @@ use core::ops::Range;
 
 use super::display_settings::{DisplaySettings, Switch};
 use super::drive::PlayedFile;
-use super::keys::{self, HelpGroup};
+use super::key_bindings::{self, HelpGroup};
 use super::layout::{self, LayoutSystems};
 use super::scenario_list;
 use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, clock_words, is_over};
@@ -300,7 +300,7 @@ fn show_keys(ui: &mut egui::Ui) {
     const COLUMN: f32 = 285.0;
     const BESIDE: f32 = 20.0;
 
-    let groups = keys::help();
+    let groups = key_bindings::help();
     let columns = (((ui.available_width() + BESIDE) / (COLUMN + BESIDE)) as usize).clamp(1, groups.len());
     let heights: Vec<usize> = groups.iter().map(|group| group.lines.len() + AROUND_GROUP).collect();
     ui.horizontal_top(|ui| {

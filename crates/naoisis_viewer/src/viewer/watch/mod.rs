@@ -7,6 +7,8 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 pub mod goal_replay;
 pub mod summary;
+mod summary_contents;
+mod summary_maps;
 
 use super::display_settings::is_watching;
 use super::layout::{self, LARGE_SCORE, LayoutSystems};

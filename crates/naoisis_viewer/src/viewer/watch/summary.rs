@@ -2,7 +2,7 @@
 //! from its records by a thread.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, FontId, Grid, Sense};
+use bevy_egui::egui::{self, Align2};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::io;
 use std::path::Path;
@@ -13,6 +13,7 @@ use std::thread;
 
 use super::goal_replay::GoalReplay;
 use super::large_letters;
+use super::summary_contents::{show_contents, show_robots, show_table};
 use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
 use crate::viewer::event_log::{EventJump, EventLog, LogEntry, LogKind};
 use crate::viewer::keyframes::Keyframes;
@@ -20,30 +21,22 @@ use crate::viewer::lanes::Lanes;
 use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::match_panel::trace_reading::TraceReading;
 use crate::viewer::new_file::{stem, write_new};
-use crate::viewer::palette;
 use crate::viewer::shared::{Action, Notice, Playback, is_over};
 use crate::viewer::team_labels::TeamNames;
-use crate::viewer::theme::{card, dim, link, minutes, team_colour, team_colour_on, text_size};
+use crate::viewer::theme::{card, text_size};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Rules};
-use naoisis_core::pitch::Pitch;
-use naoisis_core::team::{PerTeam, Team};
+use naoisis_core::team::PerTeam;
 use naoisis_record::record::history::History;
-use naoisis_record::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
+use naoisis_record::record::match_summary::MatchSummary;
 use naoisis_record::record::summary_picture::picture;
 use naoisis_record::record::summary_recorder::png;
-use naoisis_record::record::summary_rows::{KickLine, ROBOT_COLUMNS, kick_maps, mistake_rows, robot_rows, team_rows};
+use naoisis_record::record::summary_rows::mistake_rows;
 use naoisis_sim::scenario::Scenario;
 
 /// The height of the button, the margins and the distance to the edges of the window, logical pixels.
 const BESIDE_CONTENTS: f32 = 80.0;
-/// The greatest number of goals in a line of the summary, and the widths of their name and of each of them, heights of letters.
-const GOALS_BESIDE: usize = 4;
-const GOALS_NAME: f32 = 5.0;
-const GOAL: f32 = 13.0;
-/// The ground of maps.
-const TURF: Color32 = Color32::from_rgb(24, 84, 44);
 
 /// Shows the summary of a match.
 pub struct SummaryPlugin;
@@ -223,7 +216,8 @@ fn show_summary(
             let beside_bar = egui::Frame::NONE.inner_margin(egui::Margin { right: 14, ..default() });
             contents.show(ui, |ui| {
                 beside_bar.show(ui, |ui| {
-                    goal = show_contents(ui, summary, &names, letters);
+                    let room = layout::free_area(ui.ctx()).width() - BESIDE_CONTENTS;
+                    goal = show_contents(ui, summary, &names, (letters, room));
                     show_robots(ui, summary, letters);
                     show_table(ui, "mistakes", &["mistakes", &names[0], &names[1]], mistakes.as_deref(), letters);
                 });
@@ -265,186 +259,13 @@ fn goal_at(log: &EventLog, time_s: f64) -> Option<&LogEntry> {
     log.until(f64::INFINITY).iter().find(is_it)
 }
 
-/// Shows the table of robots.
-fn show_robots(ui: &mut egui::Ui, summary: &MatchSummary, letters: f32) {
-    let mut columns = ROBOT_COLUMNS;
-    columns[0] = "robots";
-    show_table(ui, "robots", &columns, Some(&robot_rows(summary)), letters);
-}
-
-/// Shows a table with the names of its columns, the first of which is its title. `None` are rows of which nothing is known.
-fn show_table(ui: &mut egui::Ui, id: &str, columns: &[&str], rows: Option<&[Vec<String>]>, letters: f32) {
-    let Some(rows) = rows else { return };
-    ui.add_space(letters / 2.0);
-    Grid::new(id).num_columns(columns.len()).spacing([1.4 * letters, 0.2 * letters]).show(ui, |ui| {
-        for name in columns {
-            ui.label(dim(*name).size(letters));
-        }
-        ui.end_row();
-        for row in rows {
-            for (column, words) in row.iter().enumerate() {
-                let text = egui::RichText::new(words).size(letters);
-                ui.label(if column == 0 { text.weak() } else { text });
-            }
-            ui.end_row();
-        }
-    });
-}
-
-/// Shows the statistics of the teams, the goals and the maps. Returns the time of a goal that was clicked, s.
-fn show_contents(ui: &mut egui::Ui, summary: &MatchSummary, names: &[String; 2], letters: f32) -> Option<f64> {
-    let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
-    Grid::new("summary").num_columns(3).spacing([2.0 * letters, 0.3 * letters]).show(ui, |ui| {
-        ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))).size(letters));
-        for (team, name) in Team::BOTH.into_iter().zip(names) {
-            ui.label(text(name.clone()).color(team_colour(ui, team)).strong());
-        }
-        ui.end_row();
-        for row in rows(summary) {
-            for (column, words) in row.into_iter().enumerate() {
-                ui.label(if column == 0 { text(words).weak() } else { text(words).strong() });
-            }
-            ui.end_row();
-        }
-    });
-    if let Some(how) = &summary.how {
-        ui.label(text(how.clone()).strong());
-    }
-    let room = (layout::free_area(ui.ctx()).width() - BESIDE_CONTENTS) / letters;
-    let beside = (((room - GOALS_NAME) / GOAL) as usize).clamp(1, GOALS_BESIDE);
-    let mut clicked = None;
-    Grid::new("goals").num_columns(beside + 1).spacing([2.0 * letters, 0.2 * letters]).show(ui, |ui| {
-        for (line, goals) in summary.goals.chunks(beside).enumerate() {
-            ui.label(dim(if line == 0 { "goals" } else { "" }).size(letters));
-            for (time_s, by) in goals {
-                let words = format!("{}   {by}", minutes(*time_s as f32));
-                let goal = link(ui, egui::Label::new(egui::RichText::new(&words).size(letters)), &words);
-                if goal.on_hover_text("Click: show the goal and what led to it").clicked() {
-                    clicked = Some(*time_s);
-                }
-            }
-            ui.end_row();
-        }
-    });
-    ui.add_space(letters / 2.0);
-    ui.horizontal(|ui| {
-        let PerTeam { blue, pink } = &summary.places;
-        // The bright colours of text on dark panels, for dark turf.
-        let team = |team| team_colour_on(true, team);
-        let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::DrawColour::Orange));
-        let maps = [
-            ("the ball", &summary.ball, ball),
-            (&names[0], blue, team(Team::Blue)),
-            (&names[1], pink, team(Team::Pink)),
-        ];
-        for (words, map, colour) in maps {
-            ui.vertical(|ui| {
-                draw_map(ui, map, colour, (&summary.pitch, 9.0 * letters));
-                ui.label(dim(words).size(letters));
-            });
-        }
-    });
-    ui.horizontal(|ui| {
-        for (words, lines) in kick_maps(summary) {
-            ui.vertical(|ui| {
-                draw_kicks(ui, &lines, &summary.pitch, 9.0 * letters);
-                ui.label(dim(words).size(letters));
-            });
-        }
-    });
-    clicked
-}
-
-/// The statistics of the teams, line by line.
-fn rows(summary: &MatchSummary) -> Vec<Vec<String>> {
-    let goals = vec!["goals".to_owned(), summary.score.blue.to_string(), summary.score.pink.to_string()];
-    [vec![goals], team_rows(summary)].concat()
-}
-
-/// A plan of the pitch, with a border.
-struct Plan {
-    area: egui::Rect,
-    /// Half of the length and of the width of the pitch, m.
-    half_m: Vec2,
-    /// Logical pixels per metre.
-    scale: f32,
-}
-
-impl Plan {
-    /// The border, logical pixels.
-    const BORDER: f32 = 5.0;
-
-    fn new(ui: &mut egui::Ui, pitch: &Pitch, width: f32) -> Self {
-        let half_m = Vec2::new(pitch.half_length(), pitch.half_width());
-        let scale = (width / 2.0 - Self::BORDER) / half_m.x;
-        let size = egui::vec2(width, 2.0 * (scale * half_m.y + Self::BORDER));
-        let (area, _) = ui.allocate_exact_size(size, Sense::hover());
-        ui.painter().rect_filled(area, 2.0, TURF);
-        Self { area, half_m, scale }
-    }
-
-    /// The position in the window of a point on the pitch, m.
-    fn place(&self, at: Vec2) -> egui::Pos2 {
-        self.area.center() + self.scale * egui::vec2(at.x, -at.y)
-    }
-
-    fn draw_lines(&self, painter: &egui::Painter, pitch: &Pitch) {
-        let stroke = egui::Stroke::new(1.0, Color32::from_white_alpha(90));
-        let frame = |low: Vec2, high: Vec2| {
-            let area = egui::Rect::from_two_pos(self.place(low), self.place(high));
-            painter.rect_stroke(area, 0.0, stroke, egui::StrokeKind::Middle);
-        };
-        frame(-self.half_m, self.half_m);
-        let side = Vec2::new(pitch.penalty_area.depth_m, pitch.penalty_area.width_m / 2.0);
-        for end in [-1.0, 1.0] {
-            let goal_line = end * self.half_m.x;
-            frame(Vec2::new(goal_line, -side.y), Vec2::new(goal_line - end * side.x, side.y));
-        }
-        painter.line_segment([-1.0, 1.0].map(|end| self.place(Vec2::new(0.0, end * self.half_m.y))), stroke);
-        painter.circle_stroke(self.area.center(), self.scale * pitch.centre_circle_diameter_m / 2.0, stroke);
-    }
-}
-
-/// Draws a heat map: stronger colours for more time.
-fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, (pitch, width): (&Pitch, f32)) {
-    let plan = Plan::new(ui, pitch, width);
-    let cell = 2.0 * plan.half_m / Vec2::new(CELLS_ALONG as f32, map.rows as f32);
-    let most_s = map.most_s().max(f32::EPSILON);
-    for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
-        // Rows are counted from -y upwards.
-        let least = Vec2::new((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32) * cell - plan.half_m;
-        // The square root keeps short times visible beside long ones.
-        let strength = 0.25 + 0.75 * (time_s / most_s).sqrt();
-        let area = egui::Rect::from_two_pos(plan.place(least), plan.place(least + cell));
-        ui.painter().rect_filled(area, 0.0, colour.gamma_multiply(strength));
-    }
-    plan.draw_lines(ui.painter(), pitch);
-}
-
-/// Draws passes or shots on a plan of the pitch: those with success are thicker and end with a dot, the others are dashed.
-fn draw_kicks(ui: &mut egui::Ui, lines: &[KickLine], pitch: &Pitch, width: f32) {
-    let plan = Plan::new(ui, pitch, width);
-    let painter = ui.painter().with_clip_rect(plan.area.intersect(ui.clip_rect()));
-    plan.draw_lines(&painter, pitch);
-    for line in lines {
-        // The bright colours of text on dark panels, for lines on dark turf.
-        let colour = team_colour_on(true, line.team);
-        let (from, to) = (plan.place(line.from_m), plan.place(line.to_m));
-        if line.is_success {
-            painter.line_segment([from, to], (1.8, colour));
-            painter.circle_filled(to, 3.0, colour);
-        } else {
-            painter.extend(egui::Shape::dashed_line(&[from, to], (1.0, colour), 3.0, 2.0));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::watch::summary_contents::rows;
     use naoisis_core::events::MatchEvent;
     use naoisis_core::game::{Evidence, PenaltyReason};
-    use naoisis_core::team::RobotId;
+    use naoisis_core::team::{RobotId, Team};
     use naoisis_sim::interface::cycle_record::CycleRecord;
 
     #[test]
