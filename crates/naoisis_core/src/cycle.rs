@@ -205,9 +205,7 @@ impl CycleClock {
 /// If the [`CyclePlugin`] was not added, or two systems of the schedule are ambiguous.
 pub fn run_cycle(world: &mut World) {
     world.run_schedule(Cycle);
-    if *world.resource::<PendingHalf>() != PendingHalf::Whole {
-        world.insert_resource(PendingHalf::Whole);
-    }
+    set_half(world, PendingHalf::Whole);
 }
 
 /// Runs the first half of a cycle: the clock advances, all robots sense, receive messages and update their beliefs. Commands
@@ -217,10 +215,14 @@ pub fn run_cycle(world: &mut World) {
 /// Like [`run_cycle`].
 pub fn perceive(world: &mut World) {
     if *world.resource::<PendingHalf>() != PendingHalf::Act {
-        world.insert_resource(PendingHalf::Perceive);
+        set_half(world, PendingHalf::Perceive);
         world.run_schedule(Cycle);
-        world.insert_resource(PendingHalf::Act);
+        set_half(world, PendingHalf::Act);
     }
+}
+
+fn set_half(world: &mut World, half: PendingHalf) {
+    *world.resource_mut::<PendingHalf>() = half;
 }
 
 /// Error of a cycle in which a system panicked. The match cannot go on.
@@ -240,7 +242,7 @@ debug_as_displayed!(CyclePanic);
 /// If a system panics.
 pub fn try_run_cycle(world: &mut World) -> Result<(), CyclePanic> {
     let result = run_caught(world);
-    world.insert_resource(PendingHalf::Whole);
+    set_half(world, PendingHalf::Whole);
     result
 }
 
@@ -252,9 +254,9 @@ pub fn try_perceive(world: &mut World) -> Result<(), CyclePanic> {
     if *world.resource::<PendingHalf>() == PendingHalf::Act {
         return Ok(());
     }
-    world.insert_resource(PendingHalf::Perceive);
+    set_half(world, PendingHalf::Perceive);
     let result = run_caught(world);
-    world.insert_resource(if result.is_ok() { PendingHalf::Act } else { PendingHalf::Whole });
+    set_half(world, if result.is_ok() { PendingHalf::Act } else { PendingHalf::Whole });
     result
 }
 

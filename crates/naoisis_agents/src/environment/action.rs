@@ -163,22 +163,17 @@ impl ActionKind {
     /// # Errors
     /// The first value that is not valid.
     pub fn check(self, action: &[f32]) -> Result<(), NotAnAction> {
-        let names = self.names();
-        for (index, &value) in action.iter().enumerate() {
-            let wrong = |name: &str, expected: String| Err(NotAnAction::new(name, value, expected));
-            match self {
-                // A number beyond the range is clamped to its end.
-                ActionKind::Continuous if !value.is_finite() => {
-                    return wrong(CONTINUOUS[index % CONTINUOUS.len()].0, "a number from -1 to 1".to_owned());
-                }
-                ActionKind::Continuous => {}
-                ActionKind::MultiDiscrete | ActionKind::Discrete | ActionKind::Velocities => {
-                    let choices = names.get(index % names.len().max(1)).map_or(0, Vec::len);
-                    if !(0.0..choices as f32).contains(&value) || value.fract() != 0.0 {
-                        let expected = format!("a whole number from 0 to {}", choices.saturating_sub(1));
-                        return wrong(&format!("choice {}", index % names.len().max(1) + 1), expected);
-                    }
-                }
+        if self == ActionKind::Continuous {
+            // A number beyond the range is clamped to its end.
+            let fault = action.iter().zip(CONTINUOUS.iter().cycle()).find(|(value, _)| !value.is_finite());
+            return fault.map_or(Ok(()), |(value, (name, _))| {
+                Err(NotAnAction::new(name, *value, "a number from -1 to 1".to_owned()))
+            });
+        }
+        for (index, (&value, choices)) in action.iter().zip(self.names().iter().cycle()).enumerate() {
+            if !(0.0..choices.len() as f32).contains(&value) || value.fract() != 0.0 {
+                let expected = format!("a whole number from 0 to {}", choices.len().saturating_sub(1));
+                return Err(NotAnAction::new(&format!("choice {}", index % self.len() + 1), value, expected));
             }
         }
         Ok(())

@@ -13,7 +13,7 @@ use super::ending::{Course, EndConditions, EpisodeProgress};
 use super::heard::with_words;
 use super::kind::{ObservationForm, ObservationKind};
 use super::memory::Memory;
-use super::observation::observe;
+use super::observation::{TrueState, observe};
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
 use super::start_error::StartError;
@@ -194,7 +194,7 @@ impl Episode {
         self.memories.extend(odometries.map(Memory::at));
         self.listen(settings);
         self.standings.clear();
-        self.standings.extend(settings.control.iter().map(|id| Standing::of(&self.world, *id)));
+        self.standings.extend(Standing::of_all(&self.world, &settings.control));
         Ok(())
     }
 
@@ -286,8 +286,8 @@ impl Episode {
         }
         let world = &mut self.world;
         let period_s = cycles as f32 * world.resource::<CycleClock>().period();
-        for ((id, reward), standing) in settings.control.iter().zip(rewards).zip(&mut self.standings) {
-            let now = Standing::of(world, *id);
+        let now = settings.control.iter().zip(Standing::of_all(world, &settings.control));
+        for (((id, now), reward), standing) in now.zip(rewards).zip(&mut self.standings) {
             *reward = standing.reward(&now, period_s, progress.success_of[id.team], &settings.reward);
             *standing = now;
         }
@@ -304,6 +304,7 @@ impl Episode {
     pub fn observe(&mut self, settings: &EnvironmentSettings, observations: &mut [f32], images: &mut [u8]) {
         let agents = settings.control.len().max(1);
         let (length, bytes) = (observations.len() / agents, images.len() / agents);
+        let truth = TrueState::for_observation(settings.observed, &self.world);
         for (index, id) in settings.control.iter().enumerate() {
             let array = &mut observations[index * length..(index + 1) * length];
             let entity = self.world.resource::<Roster>().get(*id);
@@ -311,7 +312,7 @@ impl Episode {
                 if settings.observed.extras.tracked {
                     memory.follow(settings.observed, &self.world, *id);
                 }
-                observe(array, settings.observed, &self.world, *id, memory);
+                observe(array, settings.observed, &self.world, *id, memory, &truth);
                 memory.odometry = entity.map(|entity| odometry(&self.world, entity)).unwrap_or_default();
             }
             if let Some(side) = settings.camera {
@@ -367,9 +368,11 @@ pub(crate) fn said(
     id: RobotId,
 ) -> Option<TeamMessage> {
     let believed = || (observation == ObservationKind::Belief).then(|| team_message(world, id)).flatten();
-    let status = world.resource::<Roster>().get(id).and_then(|robot| world.get::<GameStatus>(robot));
-    let is_penalised = status.is_some_and(|status| status.penalised);
-    match space.said(action).filter(|_| !is_penalised) {
+    let is_penalised = || {
+        let status = world.resource::<Roster>().get(id).and_then(|robot| world.get::<GameStatus>(robot));
+        status.is_some_and(|status| status.penalised)
+    };
+    match space.said(action).filter(|_| !is_penalised()) {
         Some(words) => Some(with_words(believed(), &words)),
         None => believed(),
     }

@@ -36,14 +36,45 @@ const JUNCTIONS: u8 = 3;
 /// The entries of the observation of robot `id` in the match of `world`.
 pub fn entries(form: ObservationForm, world: &World, id: RobotId) -> Vec<ObservationEntry> {
     let mut entries = Entries::default();
-    observe_into(&mut entries, form, world, id, &Memory::default());
+    observe_into(&mut entries, form, world, id, &Memory::default(), &TrueState::for_observation(form, world));
     entries.0
 }
 
+/// The true positions that several robots observe, looked up once for all of them.
+#[derive(Default)]
+pub(super) struct TrueState {
+    /// The position and velocity of the ball, pitch frame, m and m/s.
+    ball: Option<(Vec2, Vec2)>,
+    /// The pose of each robot, pitch frame, and whether it is not penalised.
+    robots: Vec<(RobotId, Pose, bool)>,
+}
+
+impl TrueState {
+    /// Returns the true state if observations have it; else nothing.
+    pub fn for_observation(form: ObservationForm, world: &World) -> Self {
+        if form.kind != ObservationKind::Truth {
+            return Self::default();
+        }
+        let robot = |(id, entity): (RobotId, Entity)| {
+            let robot = world.get_entity(entity).ok()?;
+            let is_penalised = robot.get::<Penalty>().is_some_and(Penalty::is_active);
+            Some((id, robot.get::<Pose>().copied().unwrap_or_default(), !is_penalised))
+        };
+        Self { ball: ball_of(world), robots: world.resource::<Roster>().iter().filter_map(robot).collect() }
+    }
+}
+
 /// Fills `array` with the observation of robot `id`, and with zeros if there is no such robot. It has as many numbers as [`entries`] has entries.
-pub(crate) fn observe(array: &mut [f32], form: ObservationForm, world: &World, id: RobotId, memory: &Memory) {
+pub(super) fn observe(
+    array: &mut [f32],
+    form: ObservationForm,
+    world: &World,
+    id: RobotId,
+    memory: &Memory,
+    truth: &TrueState,
+) {
     let mut values = Values { array, filled: 0 };
-    observe_into(&mut values, form, world, id, memory);
+    observe_into(&mut values, form, world, id, memory, truth);
     values.array[values.filled..].fill(0.0);
 }
 
@@ -55,11 +86,18 @@ pub(crate) fn observed(
     memory: &Memory,
 ) -> Vec<(ObservationEntry, f32)> {
     let mut observed = Vec::new();
-    observe_into(&mut observed, form, world, id, memory);
+    observe_into(&mut observed, form, world, id, memory, &TrueState::for_observation(form, world));
     observed
 }
 
-fn observe_into(sink: &mut impl Sink, form: ObservationForm, world: &World, id: RobotId, memory: &Memory) {
+fn observe_into(
+    sink: &mut impl Sink,
+    form: ObservationForm,
+    world: &World,
+    id: RobotId,
+    memory: &Memory,
+    truth: &TrueState,
+) {
     let roster = world.resource::<Roster>();
     let Some(robot) = roster.get(id).and_then(|entity| world.get_entity(entity).ok()) else { return };
     let status = robot.get::<GameStatus>().copied().unwrap_or_default();
@@ -74,7 +112,7 @@ fn observe_into(sink: &mut impl Sink, form: ObservationForm, world: &World, id: 
             put_body(sink, &robot, memory);
             put_belief(sink, robot.get::<Belief>(), world, others, tracks);
         }
-        ObservationKind::Truth => put_truth(sink, &robot, world, id, others),
+        ObservationKind::Truth => put_truth(sink, &robot, world, id, others, truth),
         ObservationKind::Body => put_body(sink, &robot, memory),
     }
     put_game(sink, &status, robot.get::<BodyStatus>().copied().unwrap_or_default(), id.team);
@@ -267,10 +305,16 @@ fn put_goals(sink: &mut impl Sink, own: Pose, pitch: &Pitch) {
 }
 
 /// Puts the true state, other objects in the robot frame.
-fn put_truth(sink: &mut impl Sink, robot: &EntityRef, world: &World, id: RobotId, others: Others) {
+fn put_truth(
+    sink: &mut impl Sink,
+    robot: &EntityRef,
+    world: &World,
+    id: RobotId,
+    others: Others,
+    TrueState { ball, robots }: &TrueState,
+) {
     let own_end = world.resource::<Game>().own_end(id.team);
-    let pose_of = |robot: &EntityRef| robot.get::<Pose>().copied().unwrap_or_default();
-    let pose = pose_of(robot);
+    let pose = robot.get::<Pose>().copied().unwrap_or_default();
     let own = team_from_pitch(pose, own_end);
     put_own_pose(sink, own);
     let velocity = robot.get::<Velocity>().copied().unwrap_or_default();
@@ -288,7 +332,6 @@ fn put_truth(sink: &mut impl Sink, robot: &EntityRef, world: &World, id: RobotId
         head.pitch,
     );
     put_goals(sink, own, world.resource::<Pitch>());
-    let ball = ball_of(world);
     let (place, velocity) = ball.unwrap_or_default();
     let place = if ball.is_some() { pose.inverse_transform_point(place) } else { Vec2::ZERO };
     let velocity = unrotate(pose.forward(), velocity);
@@ -297,16 +340,14 @@ fn put_truth(sink: &mut impl Sink, robot: &EntityRef, world: &World, id: RobotId
         .put("y", PLACE, "distance to the left, m", place.y)
         .put("vx", SPEED, "forward velocity, m/s", velocity.x)
         .put("vy", SPEED, "velocity to the left, m/s", velocity.y);
-    let roster = world.resource::<Roster>();
     for (group, team, count) in
         [("team_mate", id.team, others.team_mates), ("opponent", id.team.opponent(), others.opponents)]
     {
-        let mut of_team = roster.iter().filter(|(other, _)| other.team == team && *other != id);
+        let mut of_team = robots.iter().filter(|(other, ..)| other.team == team && *other != id);
         for number in 1..=count {
-            let other = of_team.next().and_then(|(_, entity)| world.get_entity(entity).ok());
-            let is_penalised = |other: &EntityRef| other.get::<Penalty>().is_some_and(Penalty::is_active);
-            let plays = other.as_ref().is_some_and(|other| !is_penalised(other));
-            let seen = other.map(|other| pose.relative(pose_of(&other)));
+            let other = of_team.next();
+            let plays = other.is_some_and(|(.., plays)| *plays);
+            let seen = other.map(|(_, other, _)| pose.relative(*other));
             let (place, forward) = seen.map_or((Vec2::ZERO, Vec2::ZERO), |seen| (seen.position, seen.forward()));
             Group::new(sink, group, number)
                 .flag("plays", "1 while it is not penalised", plays)

@@ -8,7 +8,7 @@ use naoisis_core::game::Game;
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::team::RobotId;
 
 /// The weights of the terms of a reward. A missing term has the weight 0.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -53,18 +53,23 @@ pub(super) struct Standing {
 }
 
 impl Standing {
-    /// The current values of an agent.
-    pub fn of(world: &World, id: RobotId) -> Self {
-        let game = world.resource::<Game>();
-        let lead = game.score[id.team] as f32 - game.score[id.team.opponent()] as f32;
-        let Some((ball, _)) = ball_of(world) else { return Self { lead, ..default() } };
-        let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get::<Pose>(entity));
-        let goal = goal_of(world, id.team.opponent());
-        Self {
-            lead,
-            ball_to_goal_m: Some(goal.distance(ball)),
-            to_ball_m: robot.map(|robot| robot.position.distance(ball)),
-        }
+    /// The current values of each agent.
+    pub fn of_all(world: &World, agents: &[RobotId]) -> impl Iterator<Item = Self> {
+        let (game, roster) = (world.resource::<Game>(), world.resource::<Roster>());
+        let half_length = world.resource::<Pitch>().half_length();
+        let ball = ball_of(world);
+        agents.iter().map(move |id| {
+            let opponent = id.team.opponent();
+            let lead = game.score[id.team] as f32 - game.score[opponent] as f32;
+            let Some((ball, _)) = ball else { return Self { lead, ..default() } };
+            let robot = roster.get(*id).and_then(|entity| world.get::<Pose>(entity));
+            let goal = Vec2::new(game.own_end(opponent).sign() * half_length, 0.0);
+            Self {
+                lead,
+                ball_to_goal_m: Some(goal.distance(ball)),
+                to_ball_m: robot.map(|robot| robot.position.distance(ball)),
+            }
+        })
     }
 
     /// The reward for a change from `self` to `now` that took `period_s`.
@@ -82,12 +87,6 @@ impl Standing {
             + weights.to_ball * nearer(self.to_ball_m, now.to_ball_m)
             + weights.time * period_s
     }
-}
-
-/// The centre of the goal of `team`, pitch frame, m.
-fn goal_of(world: &World, team: Team) -> Vec2 {
-    let end = world.resource::<Game>().own_end(team);
-    Vec2::new(end.sign() * world.resource::<Pitch>().half_length(), 0.0)
 }
 
 #[cfg(test)]

@@ -88,14 +88,20 @@ fn check_invariants(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
-    robots: Query<(&Pose, &PreviousPose, &Velocity, &Body, &Penalty)>,
-    states: Query<EstimatedState>,
+    robots: Query<(&Pose, &PreviousPose, &Velocity, &Body, &Penalty, Option<EstimatedState>)>,
     posts: Query<(&Pose, &Post)>,
     balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics, &BallFlight, &BallPath)>,
 ) {
+    let mut report = |message| {
+        warn!("cycle {}: {message}", clock.cycle);
+        events.push(MatchEvent::InvariantBroken { message });
+    };
     robots_now.clear();
     robots_now.extend(roster.iter().filter_map(|(id, entity)| {
-        let (pose, previous, velocity, body, penalty) = robots.get(entity).ok()?;
+        let (pose, previous, velocity, body, penalty, estimated) = robots.get(entity).ok()?;
+        if let Some(what) = estimated.and_then(|state| state.first_not_finite()) {
+            report(format!("{id}: a number in its {what} is not finite"));
+        }
         (!penalty.is_off_pitch()).then_some(RobotState {
             id,
             pose: *pose,
@@ -115,16 +121,7 @@ fn check_invariants(
     }));
     posts_now.clear();
     posts_now.extend(posts.iter().map(|(pose, post)| (pose.position, post.radius)));
-    let mut report = |message| {
-        warn!("cycle {}: {message}", clock.cycle);
-        events.push(MatchEvent::InvariantBroken { message });
-    };
     broken_invariants(&robots_now, &posts_now, &balls_now, &mut report);
-    for (id, entity) in roster.iter() {
-        if let Some(what) = states.get(entity).ok().and_then(|state| state.first_not_finite()) {
-            report(format!("{id}: a number in its {what} is not finite"));
-        }
-    }
 }
 
 impl EstimatedStateItem<'_, '_> {
@@ -150,6 +147,8 @@ pub fn broken_invariants(
     balls: &[BallState],
     mut report: impl FnMut(String),
 ) {
+    // Most robots are far apart. A look at the widest one needs no rectangles.
+    let widest = robots.iter().map(|robot| robot.torso.reach()).fold(0.0, f32::max);
     for (index, robot) in robots.iter().enumerate() {
         let finite = robot.pose.is_finite() && robot.velocity.linear.is_finite() && robot.velocity.angular.is_finite();
         if !finite {
@@ -157,10 +156,8 @@ pub fn broken_invariants(
             continue;
         }
         let torso = &robot.torso;
-        let torso_reach = torso.reach();
         for other in &robots[index + 1..] {
-            // Most robots are far apart. This check needs no rectangles.
-            if !is_within(robot.pose.position, other.pose.position, torso_reach + other.torso.reach()) {
+            if !is_within(robot.pose.position, other.pose.position, 2.0 * widest) {
                 continue;
             }
             if let Some(overlap) = torso.footprint(robot.pose).overlap(&other.torso.footprint(other.pose))
@@ -170,7 +167,7 @@ pub fn broken_invariants(
             }
         }
         for &(centre, radius) in posts {
-            if is_within(robot.pose.position, centre, torso_reach + radius)
+            if is_within(robot.pose.position, centre, widest + radius)
                 && let Some(overlap) = torso.footprint(robot.pose).overlap_disc(centre, radius)
                 && overlap.depth > TOLERANCE
             {
