@@ -153,6 +153,12 @@ class Learner:
         logits = (logit_scale * self.actor(observations)).split(self.sizes, -1)
         return [Categorical(logits=of_list, validate_args=False) for of_list in logits]
 
+    @torch.no_grad()
+    def act(self, observations: np.ndarray, logit_scale: float = 1.0) -> np.ndarray:
+        """Returns actions that are drawn from the policy's distributions, one row for each robot."""
+        choices = self.distributions(torch.from_numpy(observations), logit_scale)
+        return torch.stack([choice.sample() for choice in choices], -1).numpy()
+
     def step(self, action: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
         """Steps all worlds, and returns for each learning robot its reward and whether its episode is over."""
         rows = np.cumsum([len(worlds.observations) for worlds in self.worlds])[:-1]
@@ -177,8 +183,7 @@ class Learner:
             for _ in range(settings.round_steps):
                 now = self._observations()
                 advice = adviser(now.numpy())
-                with torch.no_grad():
-                    own = torch.stack([choice.sample() for choice in self.distributions(now, logit_scale)], -1).numpy()
+                own = self.act(now.numpy(), logit_scale)
                 follows = self.random.random((len(own), 1)) < 1 - 3 * share
                 observed.append(now)
                 advised.append(torch.from_numpy(advice))
@@ -207,7 +212,8 @@ class Learner:
     @torch.no_grad()
     def play(self) -> dict[str, torch.Tensor]:
         """Collects a rollout of ``settings.steps`` steps of all worlds, and returns it as a batch: one row for each decision of a robot,
-        with normalised advantages (generalised advantage estimation) and the critic's targets."""
+        with normalised advantages (generalised advantage estimation) and the critic's targets. A time limit counts as the end of the
+        episode, as a goal does: what is not done by then is not done."""
         settings = self.settings
         names = ("observation", "critic_input", "action", "log_prob", "reward", "value", "done")
         notes: dict[str, list[torch.Tensor]] = {name: [] for name in names}
