@@ -48,7 +48,7 @@ fn show_bar(
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let (first, end) = (*cycles.start(), *cycles.end());
-    let (now, is_paused) = (timeline.cursor().unwrap_or(end as f64), playback.paused);
+    let now = timeline.cursor().unwrap_or(end as f64);
     // The bar is long enough for all branches, including those that went further.
     let last = branches.list().iter().map(|branch| branch.last_cycle).fold(end, u64::max);
     layout::bar_below(contexts.ctx_mut()?, "timeline", |ui| {
@@ -82,29 +82,8 @@ fn show_bar(
             // While a trace is being read, it goes on behind the end of the bar.
             let is_read = timeline.is_replay() && reading.is_some_and(|reading| reading.is_on());
             ui.label(dim(time(end as f64) + if is_read { "…" } else { "" }));
-            let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Branch from here"));
-            let hint = if is_paused {
-                "F: starts a branch at this moment, paused until Space; the original match stays"
-            } else {
-                "F: starts a branch at this moment; the original match stays"
-            };
-            let why_not = "F: first go to a moment of the past; the present continues anyway";
-            if button.on_hover_text(hint).on_disabled_hover_text(why_not).clicked() {
-                ways.write(BranchCommand::PlayFromHere);
-            }
-            if ui
-                .button("Many times")
-                .on_hover_text("T: plays on from this moment many times and counts the outcomes")
-                .clicked()
-            {
-                actions.write(Action::Toggle(Switch::ManyTimes));
-            }
-            if ui
-                .button("What decided it")
-                .on_hover_text("A: finds the moments that changed the chances to score most, and the mistakes there")
-                .clicked()
-            {
-                actions.write(Action::Toggle(Switch::Decided));
+            if let Some(action) = show_buttons(ui, timeline.is_past(), playback.paused) {
+                actions.write(action);
             }
             if !timeline.is_replay() {
                 // The button is always there, so that the bar does not move under the mouse.
@@ -130,6 +109,27 @@ fn show_bar(
         }
     });
     Ok(())
+}
+
+/// Shows the buttons behind the bar. Returns what was clicked.
+fn show_buttons(ui: &mut egui::Ui, is_past: bool, is_paused: bool) -> Option<Action> {
+    let hint = if is_paused {
+        "F: starts a branch at this moment, paused until Space; the original match stays"
+    } else {
+        "F: starts a branch at this moment; the original match stays"
+    };
+    let branch = ui.add_enabled(is_past, egui::Button::new("Branch from here")).on_hover_text(hint);
+    let branch = branch.on_disabled_hover_text("F: first go to a moment of the past; the present continues anyway");
+    let hint = "T: plays on from this moment many times and counts the outcomes";
+    let many_times = ui.button("Many times").on_hover_text(hint);
+    let hint = "A: finds the moments that changed the chances to score most, and the mistakes there";
+    let decided = ui.button("What decided it").on_hover_text(hint);
+    let actions = [
+        (branch, Action::PlayFromHere),
+        (many_times, Action::Toggle(Switch::ManyTimes)),
+        (decided, Action::Toggle(Switch::Decided)),
+    ];
+    actions.into_iter().find(|(button, _)| button.clicked()).map(|(_, action)| action)
 }
 
 /// Shows the time, as wide as the names of the lanes.

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, ComboBox, Grid, Slider, SliderClamping};
+use std::path::PathBuf;
 
 use super::choice::{MatchChoice, REALISMS, leagues, models};
 use super::{MatchCommand, WatchedScenarioFile};
@@ -68,23 +69,9 @@ pub(super) fn show(
                 })
                 .labelled_by(label);
                 ui.end_row();
-                let label = ui.label("File").id;
-                ui.horizontal(|ui| {
-                    let width = (ui.available_width() - BESIDE_PATH).clamp(40.0, 180.0);
-                    let text = egui::TextEdit::singleline(&mut typed.path);
-                    let text = ui.add(text.hint_text("scenario.json").desired_width(width)).labelled_by(label);
-                    let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                    let is_typed = !typed.path.trim().is_empty();
-                    let open = ui.add_enabled(is_typed, egui::Button::new("Open"));
-                    let open = open.on_disabled_hover_text("Type the path of a file first");
-                    if open.clicked() || (is_entered && is_typed) {
-                        commands.write(MatchCommand::Open(typed.path.trim().into()));
-                    }
-                    if ui.button("Choose…").on_hover_text("Ctrl O").clicked() {
-                        actions.write(Action::OpenFile);
-                    }
-                });
-                ui.end_row();
+                if let Some(path) = show_path(ui, &mut typed.path, &mut actions) {
+                    commands.write(MatchCommand::Open(path));
+                }
                 ui.label("");
                 let trace = trace.as_ref().and_then(|trace| trace.0.as_ref()).filter(|_| timeline.is_replay());
                 let shown = trace.map_or_else(|| source.words(), |trace| format!("the trace {}", trace.display()));
@@ -104,18 +91,8 @@ pub(super) fn show(
                 ui.end_row();
                 let teams = teams_of(&scenario, &registry);
                 let mut chosen = teams.clone();
-                for (side, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
-                    let label = ui.label(side).id;
-                    let list = ComboBox::from_id_salt(side).width(220.0).truncate().selected_text(name.as_str());
-                    list.show_ui(ui, |ui| {
-                        for (team, recipe) in registry.teams() {
-                            ui.selectable_value(name, team.to_owned(), team).on_hover_text(&recipe.description);
-                        }
-                    })
-                    .response
-                    .labelled_by(label);
-                    ui.end_row();
-                }
+                show_team(ui, "Blue", &mut chosen.blue, &registry);
+                show_team(ui, "Pink", &mut chosen.pink, &registry);
                 if chosen != teams {
                     commands.write(MatchCommand::Teams(Box::new(lined_up(chosen))));
                 }
@@ -135,6 +112,40 @@ pub(super) fn show(
         });
     });
     Ok(())
+}
+
+/// Shows the field for the path of a file. Returns the path of a file to open.
+fn show_path(ui: &mut egui::Ui, path: &mut String, actions: &mut MessageWriter<Action>) -> Option<PathBuf> {
+    let label = ui.label("File").id;
+    let row = ui.horizontal(|ui| {
+        let width = (ui.available_width() - BESIDE_PATH).clamp(40.0, 180.0);
+        let text = egui::TextEdit::singleline(path);
+        let text = ui.add(text.hint_text("scenario.json").desired_width(width)).labelled_by(label);
+        let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let is_typed = !path.trim().is_empty();
+        let open = ui.add_enabled(is_typed, egui::Button::new("Open"));
+        let open = open.on_disabled_hover_text("Type the path of a file first").clicked();
+        if ui.button("Choose…").on_hover_text("Ctrl O").clicked() {
+            actions.write(Action::OpenFile);
+        }
+        (open || (is_entered && is_typed)).then(|| path.trim().into())
+    });
+    ui.end_row();
+    row.inner
+}
+
+/// Shows the team of a side, and the list to choose another one.
+fn show_team(ui: &mut egui::Ui, side: &str, name: &mut String, registry: &BehaviourRegistry) {
+    let label = ui.label(side).id;
+    let list = ComboBox::from_id_salt(side).width(220.0).truncate().selected_text(name.as_str());
+    list.show_ui(ui, |ui| {
+        for (team, recipe) in registry.teams() {
+            ui.selectable_value(name, team.to_owned(), team).on_hover_text(&recipe.description);
+        }
+    })
+    .response
+    .labelled_by(label);
+    ui.end_row();
 }
 
 /// Shows league, realism and models. Returns a new choice.

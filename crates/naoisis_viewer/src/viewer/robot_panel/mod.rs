@@ -35,13 +35,14 @@ use naoisis_core::communication::{Inbox, TeamMessage};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, Penalty};
 use naoisis_core::geometry::Pose;
-use naoisis_core::pitch::Pitch;
+use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
 use naoisis_sensing::belief::Belief;
+use naoisis_sensing::belief::error::BeliefError;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
@@ -200,17 +201,9 @@ fn show_robot(
                 Some(command) => lines(ui, "commands", wording::commands(command, clock.period()), &mut pins),
                 None => drop(ui.label(dim("Not known for this cycle."))),
             });
-            section(ui, "Belief", true, |ui| match robot.belief {
-                Some(belief) => {
-                    let error = sample.and_then(|sample| sample.error.as_ref());
-                    lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)), &mut pins);
-                    if error.is_some() {
-                        let hint = "Errors are those at the time of its images, before it moved in this cycle.";
-                        ui.add(egui::Label::new(dim(hint).size(text_size::SMALL)).wrap());
-                    }
-                }
-                None => drop(ui.label(dim("This robot has no belief."))),
-            });
+            let error = sample.and_then(|sample| sample.error.as_ref());
+            let own_end = game.own_end(id.team);
+            section(ui, "Belief", true, |ui| show_belief(ui, robot.belief, error, own_end, &mut pins));
             section(ui, "Why", true, |ui| {
                 if intention == Some(DRIVEN) {
                     ui.label(dim("Driven by hand: not as its behaviour decides.").size(text_size::ENTRY));
@@ -235,6 +228,19 @@ fn show_robot(
         });
     });
     Ok(())
+}
+
+/// Shows the belief of a robot, with its errors.
+fn show_belief(ui: &mut egui::Ui, belief: Option<&Belief>, error: Option<&BeliefError>, own_end: End, pins: &mut Pins) {
+    let Some(belief) = belief else {
+        ui.label(dim("This robot has no belief."));
+        return;
+    };
+    lines(ui, "belief", wording::belief(belief, error, own_end), pins);
+    if error.is_some() {
+        let hint = "Errors are those at the time of its images, before it moved in this cycle.";
+        ui.add(egui::Label::new(dim(hint).size(text_size::SMALL)).wrap());
+    }
 }
 
 /// Shows a section that can be closed. Returns whether it is open.
