@@ -61,7 +61,7 @@ pub fn draws_of(fields: &[DrawnField<'_>]) -> PyResult<Vec<Draw>> {
             let value = |value: Bound<'_, PyAny>| from_python(&value, field);
             DrawnValues::OneOf(values.iter().map(value).collect::<PyResult<_>>()?)
         };
-        Ok(Draw { field: field.clone(), values })
+        Ok(Draw { field: field.clone(), values, fixed: None })
     };
     fields.iter().map(draw).collect()
 }
@@ -145,9 +145,15 @@ impl Origin {
             return snapshot.map(Start::Moment).map_err(wrong);
         }
         let mut settings: Vec<Setting> = Vec::new();
+        let mut draws = changes.draws.as_deref().map(draws_of).transpose()?.unwrap_or_else(|| self.draws.clone());
         for (path, value) in changes.set.iter().flatten() {
             let path: String = path.extract()?;
-            settings.push(setting(&path, &from_python(&value, &path)?.to_string())?);
+            let value = from_python(&value, &path)?;
+            settings.push(setting(&path, &value.to_string())?);
+            // What is set is not drawn.
+            for draw in draws.iter_mut().filter(|draw| draw.field == path) {
+                draw.fixed = Some(value.clone());
+            }
         }
         let files: Result<Vec<ScenarioFile>, _> = self.files.iter().map(|file| file.with(&settings)).collect();
         let files = files.map_err(|error| scenario_error(py, &error))?;
@@ -159,7 +165,6 @@ impl Origin {
             }
             None => self.situation.clone(),
         };
-        let draws = changes.draws.as_deref().map(draws_of).transpose()?.unwrap_or_else(|| self.draws.clone());
         Ok(self.start_of(py, files, situation, draws)?.start)
     }
 

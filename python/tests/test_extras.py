@@ -199,6 +199,28 @@ def test_an_episode_is_played_again_by_its_match_seed_and_what_was_drawn():
             assert again.reset()[1]["match_seed"] != told["match_seed"]
 
 
+def test_what_is_set_is_not_drawn():
+    draws = {"messages.loss": (0.0, 0.3), "messages.delay_cycles": [1, 10]}
+    env = naoisis.MatchEnv("ScoreEmptyGoal", draws=draws)
+    drawn = env.reset(options={"match_seed": 7})[1]["drawn"]
+    info = env.reset(options={"match_seed": 7, "set": {"messages.loss": 0.9}})[1]
+    assert info["drawn"] == {**drawn, "messages.loss": 0.9}
+    assert naoisis.Match.restore(env.snapshot()).scenario["messages"]["loss"] == pytest.approx(0.9)
+    with pytest.raises(ValueError, match=r"draws: messages\.loss is set, too"):
+        naoisis.MatchEnv("ScoreEmptyGoal", draws=draws, set={"messages.loss": 0.9})
+
+
+def test_the_largest_match_seeds_are_told_by_the_vector_environments_of_gymnasium():
+    envs = gymnasium.make_vec(
+        "naoisis/ScoreEmptyGoal-v0", 4, vectorization_mode="sync", set={"duration_s": 0.2}, observation="truth"
+    )
+    seeds = {int(seed) for seed in envs.reset(seed=1)[1]["match_seed"]}
+    for _ in range(12):
+        info = envs.step(envs.action_space.sample())[4]
+        seeds |= {int(seed) for seed in info.get("match_seed", ())}
+    assert max(seeds) > 2**63
+
+
 def test_infos_tell_nothing_that_a_reset_has_changed():
     env = naoisis.MatchEnv("match3v3", control="blue1", opponents=["roles", "passers"], realism=["ideal", "realistic"])
     snapshot = env.reset(seed=1) and env.snapshot()

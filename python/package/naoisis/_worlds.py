@@ -104,6 +104,8 @@ class Worlds:
         for field in self._drawn:
             if given.get(field.split(".")[0]):
                 raise ValueError(f"draws: {field} is an option, too; expected it in one of the two only")
+            if field in (options.get("set") or ()):
+                raise ValueError(f"draws: {field} is set, too; expected it in one of the two only")
         # Fields that settings of the environment or of a reset can change, so that infos do not tell them.
         self._set = list(options.get("set") or ())
         reward = options.get("reward")
@@ -155,6 +157,8 @@ class Worlds:
         self.observation_entries = self.inner.entries()
         self.observation_names = [name for name, *_ in self.observation_entries]
         self.state_names = [name for name, *_ in self.inner.state_entries()]
+        # The first reset makes all of them.
+        check_memory(self.worlds, sum(name.endswith(".plays") for name in self.state_names))
         self.action_names = self.inner.action_names()
         self.step_s = self.inner.cycles_per_step * self.inner.cycle_s
         low, high = (np.array([entry[side] for entry in self.observation_entries], np.float32) for side in (1, 2))
@@ -316,7 +320,8 @@ class Worlds:
         return self._origin_of(world, self.inner.origin(world))
 
     def _origin_of(self, world: int, origin: Mapping[str, Any]) -> dict[str, Any]:
-        info: dict[str, Any] = {"match_seed": origin["seed"]}
+        # Gymnasium's vector environments keep whole numbers of Python as int64, which is too small.
+        info: dict[str, Any] = {"match_seed": np.uint64(origin["seed"])}
         changes = self._changes[world] or {}
         if changes.get("snapshot") is not None:
             return info
@@ -359,6 +364,8 @@ class Worlds:
         value = self.own_reward(truth, robot) if self.own_reward else None
         if not isinstance(value, (float, int, np.number, np.bool_)):
             raise TypeError(f"reward: the function returned {value!r} for {robot}; expected a number")
+        if not np.isfinite(value):
+            raise ValueError(f"reward: the function returned {value!r} for {robot}; expected a finite number")
         return float(value)
 
     def picture(self, size: tuple[int, int] = (540, 960), world: int = 0) -> np.ndarray:

@@ -87,6 +87,7 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_names, self.action_names = self.envs.observation_names, self.envs.action_names
+        self.state_names, self.state_space = self.envs.state_names, self.envs.state_space
         self.pool: list[Policy] = [self._stand]
         self._random = np.random.default_rng(seed)
         self.drawn = np.zeros(self.num_worlds, int)
@@ -127,6 +128,15 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         self._draw(over)
         mine = self._learns
         return self._rows(self._seen, mine), rewards[mine], terminations[mine], truncations[mine], self._info(info)
+
+    def state(self) -> np.ndarray:
+        """The true state of each world, as in :meth:`naoisis.VectorEnv.state`."""
+        return self.envs.state()
+
+    def action_masks(self) -> np.ndarray:
+        """For each row and each choice, whether it has an effect now, as in :meth:`naoisis.VectorEnv.action_masks`."""
+        masks: np.ndarray = self.envs.action_masks()[self._learns]
+        return masks
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Pictures of the fields of the first worlds."""

@@ -18,6 +18,8 @@ pub struct Draw {
     pub field: String,
     /// Its values.
     pub values: DrawnValues,
+    /// The value that it has instead of the drawn one, if any. Other fields are drawn as without it.
+    pub fixed: Option<Value>,
 }
 
 /// The values of a field that is drawn.
@@ -68,7 +70,11 @@ impl DrawnScenarios {
     /// If the scenario is not valid with the values.
     pub fn scenario(&self, world: &World, file: usize, seed: u64) -> Result<(Scenario, Vec<Value>), StartError> {
         let mut stream = RandomStream::for_match(seed, "draws");
-        let values: Vec<Value> = self.draws.iter().map(|draw| draw.values.draw(&mut stream)).collect();
+        let mut value = |draw: &Draw| {
+            let drawn = draw.values.draw(&mut stream);
+            draw.fixed.clone().unwrap_or(drawn)
+        };
+        let values: Vec<Value> = self.draws.iter().map(&mut value).collect();
         let settings: Result<Vec<Setting>, _> =
             self.draws.iter().zip(&values).map(|(draw, value)| format!("{}={value}", draw.field).parse()).collect();
         let wrong = |error: &dyn core::fmt::Display| StartError::Drawn(error.to_string());

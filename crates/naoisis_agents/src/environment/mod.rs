@@ -6,7 +6,7 @@
 
 pub mod action;
 pub mod action_space;
-mod attempt;
+pub mod attempt;
 mod attempt_error;
 pub mod attempts;
 pub mod challenge;
