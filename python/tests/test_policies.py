@@ -169,6 +169,36 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
     normalised = gymnasium.wrappers.NormalizeObservation(env)
     with pytest.raises(ValueError, match="NormalizeObservation normalises observations"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", normalised)
+    box = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief")
+    rescaled = gymnasium.wrappers.RescaleAction(box, 0.0, 1.0)
+    with pytest.raises(ValueError, match="RescaleAction changes actions"):
+        naoisis.export_policy(torch.nn.Linear(length, 8), tmp_path / "policy.onnx", rescaled)
+
+    class OfAll(torch.nn.Linear):
+        """It answers a robot by what the others observe, too."""
+
+        def forward(self, observed):
+            return super().forward(observed - 0.5 * observed.mean(0, keepdim=True))
+
+    with pytest.raises(ValueError, match="otherwise for several rows"):
+        naoisis.export_policy(OfAll(length, 13), tmp_path / "policy.onnx", env)
+    with pytest.raises(ValueError, match="expected 13 scores, or 1 choices, whole numbers below"):
+        naoisis.export_policy(torch.nn.Linear(length, 1), tmp_path / "policy.onnx", env)
+
+    class Logarithm(torch.nn.Linear):
+        """It answers NaN for about half of all numbers."""
+
+        def forward(self, observed):
+            return torch.log(super().forward(observed))
+
+    with pytest.raises(ValueError, match="the module answers"):
+        naoisis.export_policy(Logarithm(length, 13), tmp_path / "policy.onnx", env)
+    parts = torch.nn.Sequential(torch.nn.Linear(length, 13), torch.nn.BatchNorm1d(13)).train()
+    parts[1].eval()
+    naoisis.export_policy(parts, tmp_path / "parts.onnx", env)
+    assert [part.training for part in parts] == [True, False]
+    for suffix in (".onnx", ".json"):
+        (tmp_path / "parts").with_suffix(suffix).unlink()
     images = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="image")
     with pytest.raises(ValueError, match="is an image"):
         naoisis.export_policy(torch.nn.Linear(length, 13), tmp_path / "policy.onnx", images)

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import gymnasium
 import numpy as np
 
 from naoisis import _naoisis
@@ -23,6 +24,14 @@ CHOICES = ("likeliest", "drawn")
 
 # A network of single precision has sums in another order in every library.
 GREATEST_DIFFERENCE = 1e-3
+
+# Wrappers in which a module means something else by its actions, or sees something else.
+CHANGING: dict[type, str] = {
+    gymnasium.ActionWrapper: "actions",
+    gymnasium.ObservationWrapper: "observations",
+    gymnasium.vector.VectorActionWrapper: "actions",
+    gymnasium.vector.VectorObservationWrapper: "observations",
+}
 
 
 class Policy:
@@ -124,6 +133,16 @@ class Policy:
             lists = np.split(scores, np.cumsum(counts)[:-1], axis=-1)
             chosen = np.stack([self._choose(scores, randoms) for scores in lists], axis=-1)
         return chosen[..., 0] if self.layout["action"] == "discrete" else chosen
+
+    def check_choices(self, scores: np.ndarray) -> None:
+        """Raises a ValueError if ``scores``, rows of :meth:`scores`, are choices themselves and not all of them are choices of the action."""
+        counts = self._inner.choices()
+        if not counts or scores.shape[-1] != self._inner.numbers():
+            return
+        if not np.all((scores >= 0) & (scores < counts) & (scores == np.floor(scores))):
+            raise ValueError(
+                f"module: it answers {scores[0]}; expected {sum(counts)} scores, or {len(counts)} choices, whole numbers below {counts}"
+            )
 
     def _choose(self, scores: np.ndarray, randoms: Sequence[np.random.Generator] | None) -> np.ndarray:
         if self._inner.draws():
@@ -245,23 +264,28 @@ def _others(names: Sequence[str]) -> dict[str, int]:
 
 @contextmanager
 def _resting(module: nn.Module) -> Iterator[None]:
-    """A module in its mode for use, on the processor; afterwards it is as it was."""
+    """A module in its mode for use, on the processor; afterwards it is as it was, and so are its parts."""
     device = next((parameter.device for parameter in module.parameters()), None)
-    was_training = module.training
+    was_training = {part: part.training for part in module.modules()}
     module.cpu().eval()
     try:
         yield
     finally:
-        module.to(device).train(was_training)
+        module.to(device)
+        for part, training in was_training.items():
+            part.training = training
 
 
 def _worlds_of(env: Any) -> Any:
-    """The worlds of an environment, under all wrappers, none of which may change observations."""
+    """The worlds of an environment, under all wrappers, none of which may change observations or actions."""
     for _ in range(100):
         if getattr(env, "obs_rms", None) is not None:
             raise ValueError(
                 f"env: {type(env).__name__} normalises observations; expected a module that does it itself"
             )
+        for kind, what in CHANGING.items():
+            if isinstance(env, kind):
+                raise ValueError(f"env: {type(env).__name__} changes {what}; expected a module that does it itself")
         if hasattr(env, "_worlds"):
             return env._worlds
         inner = next((getattr(env, name) for name in ("envs", "venv", "unwrapped", "env") if hasattr(env, name)), env)
@@ -287,6 +311,7 @@ def _compare(policy: Policy, module: nn.Module, observations: np.ndarray, states
     import torch
 
     policy.reset()
+    answers = []
     with torch.no_grad():
         for step, row in enumerate(observations):
             answer = module(torch.from_numpy(row[None]), *states)
@@ -294,7 +319,19 @@ def _compare(policy: Policy, module: nn.Module, observations: np.ndarray, states
             # Without a recurrent state, each step stands for itself.
             states = after if states else states
             own = policy.scores(row)
-            if np.abs(own - expected.numpy()[0]).max() > GREATEST_DIFFERENCE * (1.0 + np.abs(own).max()):
+            answers.append(own)
+            if not _is_near(own, expected.numpy()[0]):
                 raise ValueError(f"step {step}: the module answers {expected.numpy()[0]}, and what was written {own}")
+        # Matches ask for all robots of a policy at once.
+        if not states and not _is_near(np.stack(answers), module(torch.from_numpy(observations)).numpy()):
+            raise ValueError(
+                "module: it answers otherwise for several rows than for each of them; expected rows of their own"
+            )
+    policy.check_choices(np.stack(answers))
     policy(observations[0])
     policy.reset()
+
+
+def _is_near(own: np.ndarray, expected: np.ndarray) -> bool:
+    """Whether answers are the same but for rounding, and numbers."""
+    return bool(np.abs(own - expected).max() <= GREATEST_DIFFERENCE * (1.0 + np.abs(own).max()))

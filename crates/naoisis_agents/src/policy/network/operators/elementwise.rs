@@ -37,7 +37,7 @@ impl Operator for Elementwise {
             Self::Elu { alpha } => each(x, |x| if x < 0.0 { alpha * (math::exp(x) - 1.0) } else { x }),
             Self::Exp => each(x, math::exp),
             Self::LeakyRelu { alpha } => each(x, |x| if x < 0.0 { alpha * x } else { x }),
-            Self::Log => each(x, math::ln),
+            Self::Log => each(x, math::log),
             Self::Neg => each(x, |x| -x),
             Self::Relu => each(x, |x| if x < 0.0 { 0.0 } else { x }),
             Self::Same => x.clone(),
