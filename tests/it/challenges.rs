@@ -39,6 +39,8 @@ fn a_challenge_that_cannot_be_played_is_refused() {
         (&["TwoOnTwo", "--team", "exec:"], "names no program"),
         (&["TwoOnTwo", "--behaviour", "random", "--scenario", "new.json"], "decides outside of the match"),
         (&["all", "--scenario", "new.json"], "expected one task"),
+        (&["TwoOnTwo", "--scenario", "new.json"], "--scenario: expected one player"),
+        (&["--verify", "results.json", "--realism", "ideal"], "cannot be used with"),
         (&["GoToBall", "--seed", "18446744073709551615", "--episodes", "2"], "--seed: 2 episodes have seeds beyond"),
         (&["all", "--watch", "3"], "--watch: expected one task"),
         (&["TwoOnTwo", "--behaviour", "random", "--watch", "3"], "decides outside of the match"),
@@ -119,6 +121,51 @@ fn results_are_verified_and_make_a_table_without_those_that_are_changed() {
     let players: Vec<&Value> = table.as_array().unwrap().iter().map(|row| &row["player"]).collect();
     assert_eq!((players.len(), players[0]), (3, &"chaser".into()));
     assert!(fs::read_to_string(folder.path().join("table.html")).unwrap().contains("<td>chaser</td>"));
+}
+
+#[test]
+fn files_that_a_command_reads_are_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| naoisis(folder.path(), arguments);
+    for file in ["striker.onnx", "striker.json"] {
+        let policy = format!("{}/assets/policies/{file}", env!("CARGO_MANIFEST_DIR"));
+        fs::copy(policy, folder.path().join(file)).unwrap();
+    }
+    let played = ["challenge", "ScoreEmptyGoal", "--policy", "striker.onnx", "--episodes", "1", "--force"];
+    for output in [["--out", "striker.json"], ["--out", "striker.onnx"], ["--scenario", "striker.json"]] {
+        let output = run(&[&played[..], &output].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains("which the command reads"), "{}", text(&output.stderr));
+    }
+    let team = ["run", "match3v3", "--blue", "policy:striker.onnx", "--trace", "striker.onnx", "--force"];
+    assert!(text(&run(&team).stderr).contains("which the command reads"));
+    let output = run(&[&played[..], &["--out", "result.json"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = run(&["leaderboard", ".", "--json", "result.json", "--force"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("which the command reads"), "{}", text(&output.stderr));
+    // An episode that is written into another folder finds the policy.
+    fs::create_dir(folder.path().join("episodes")).unwrap();
+    let output = run(&[&played[..], &["--scenario", "episodes/one.json"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = run(&["run", "episodes/one.json", "--duration", "0.5"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let output = run(&["leaderboard", "empty"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("no files of results"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_player_with_nothing_to_play_back_does_not_end_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let players = ["--behaviour", "open loop of idle", "--behaviour", "idle"];
+    let task = ["challenge", "InterceptBall", "--episodes", "2", "--out", "results.json"];
+    let output = naoisis(folder.path(), &[&task[..], &players].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("nothing to play back"), "{}", text(&output.stderr));
+    let results: Value = serde_json::from_slice(&fs::read(folder.path().join("results.json")).unwrap()).unwrap();
+    assert_eq!((results["results"].as_array().unwrap().len(), &results["results"][0]["player"]), (1, &"idle".into()));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use super::batch::progress_bar;
 use super::interrupt::Interrupt;
-use super::outputs::{Output, check_files, check_folder_of};
+use super::outputs::{Output, check_files, check_files_of_policy, check_folder_of};
 use super::play::{PlayArguments, display, play_file};
 use super::report::{CommandResult, OrReport};
 use super::terminal::Printer;
@@ -69,7 +69,13 @@ pub struct ChallengeArguments {
     #[arg(long, value_name = "SEED", conflicts_with_all = ["out", "scenario", "seed", "record"])]
     watch: Option<u64>,
     /// Play a file of results again, and report whether everything comes out the same
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["behaviour", "team", "policy"])]
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = [
+            "behaviour", "team", "policy", "realism", "robot", "episodes", "seed", "record", "out", "scenario", "watch",
+        ],
+    )]
     verify: Option<PathBuf>,
     /// Start the programs that a file of results names, for --verify, instead of playing their recorded commands; they can do whatever you can do
     #[arg(long, requires = "verify")]
@@ -95,7 +101,10 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> C
     let challenges = challenges(arguments).or_usage_error()?;
     for (option, path) in [("--out", &arguments.out), ("--scenario", &arguments.scenario)] {
         let Some(path) = path else { continue };
-        let checked = check_files(Path::new(""), &[Output { option, path: path.clone() }], arguments.force);
+        let outputs = [Output { option, path: path.clone() }];
+        let mut policies = arguments.policy.iter().map(Path::new);
+        let checked = check_files(Path::new(""), &outputs, arguments.force)
+            .and_then(|()| policies.try_for_each(|policy| check_files_of_policy(policy, &outputs, arguments.force)));
         checked.and_then(|()| check_folder_of(path)).or_usage_error()?;
     }
     if first_seed(arguments).checked_add(u64::from(arguments.episodes).saturating_sub(1)).is_none() {
@@ -128,6 +137,7 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> C
         }
     }
     let mut file = ResultFile::default();
+    let mut status = ExitCode::SUCCESS;
     for (realism, challenge) in &challenges {
         if !arguments.quiet {
             let Challenge { name, version, description, .. } = challenge;
@@ -138,6 +148,10 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> C
                 Ok(episodes) => episodes,
                 // In tables of baselines, a player without a success has nothing to play back.
                 Err(AttemptError::NothingToPlayBack { .. }) if arguments.behaviour.is_empty() => continue,
+                Err(error @ AttemptError::NothingToPlayBack { .. }) => {
+                    status = report::failure(&error.to_string());
+                    continue;
+                }
                 Err(error) => return Err(report::usage_error(&error.to_string())),
             };
             let mut result = ChallengeResult::new(challenge, (*realism, arguments.robot.as_deref()), &player, episodes);
@@ -162,7 +176,7 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> C
     if !arguments.quiet {
         printer.print("Intervals are those of 95 % confidence.\n");
     }
-    Ok(interrupt.finish(printer.finish(ExitCode::SUCCESS)))
+    Ok(interrupt.finish(printer.finish(status)))
 }
 
 /// Prints the score of several policies.
@@ -252,9 +266,19 @@ fn scenario_of(
     challenges: &[(Realism, Challenge)],
     seed: u64,
 ) -> Result<Scenario, String> {
-    let [(realism, challenge)] = challenges else { return Err(format!("{option}: expected one task, not all")) };
-    let player = players(challenge, *realism, arguments).into_iter().next();
-    let player = player.ok_or_else(|| format!("{option}: expected --behaviour, --team or --policy"))?;
+    let [(realism, challenge)] = challenges else {
+        return Err(format!("{option}: expected one task in one realism, not all"));
+    };
+    let named = arguments.behaviour.len() + usize::from(arguments.team.is_some()) + arguments.policy.len();
+    let mut players = players(challenge, *realism, arguments);
+    let Some(mut player) = players.pop().filter(|_| named == 1) else {
+        return Err(format!("{option}: expected one player, by --behaviour, --team or --policy"));
+    };
+    if let ChallengePlayer::Policy(file) = &mut player {
+        // The scenario may be a file in another folder.
+        let path = std::path::absolute(&*file).map_err(|error| format!("{file}: {error}"))?;
+        *file = path.to_string_lossy().into_owned();
+    }
     let scenario = scenario_of_episode(challenge, &player, seed, program.simulator().world());
     let scenario = scenario.map_err(|error| error.to_string())?;
     let attempts = Attempts { episodes: 1, first_seed: seed, threads: 1 };
@@ -264,7 +288,9 @@ fn scenario_of(
         .map_err(|error| error.to_string())?;
     let Some(attempt) = played else { return Ok(scenario) };
     let name = format!("{}, seed {seed}: {}", scenario.name, outcome(&attempt));
-    report::note(&name);
+    if !arguments.quiet {
+        report::note(&name);
+    }
     Ok(Scenario { name, duration_s: Some(attempt.time_s as f32), ..scenario })
 }
 

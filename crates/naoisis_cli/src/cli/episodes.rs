@@ -2,9 +2,9 @@
 
 use clap::Args;
 use serde_json::{Value, json};
-use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::{fs, io};
 
 use super::batch::progress_bar;
 use super::challenge::{realism, threads};
@@ -164,7 +164,13 @@ fn write_data_set(
     // What was played before an error or an interruption is a data set, too.
     let finished = dataset.finish();
     match (played, finished) {
-        (Err(EpisodesError::Episode(error)), _) => return Err(report::failure(&error.to_string())),
+        (Err(EpisodesError::Episode(error)), _) => {
+            if episodes == 0 {
+                // Nothing can be removed but what has just been made.
+                let _ = fs::remove_dir_all(arguments.out.join(&id));
+            }
+            return Err(report::failure(&error.to_string()));
+        }
         (Err(EpisodesError::File(error)), _) | (Ok(()), Err(error)) => return Err(failed(&error)),
         (Ok(()), Ok(())) => {}
     }

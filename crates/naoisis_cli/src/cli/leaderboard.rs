@@ -53,9 +53,17 @@ struct Row {
 pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> CommandResult {
     let outputs = [("--json", &arguments.json), ("--html", &arguments.html)];
     let outputs = outputs.into_iter().filter_map(|(option, path)| Some(Output { option, path: path.clone()? }));
-    check_files(Path::new(""), &outputs.collect::<Vec<_>>(), arguments.force).or_usage_error()?;
-    let interrupt = Interrupt::finish_running().or_failure()?;
+    let outputs: Vec<Output> = outputs.collect();
+    check_files(Path::new(""), &outputs, arguments.force).or_usage_error()?;
     let files = files_of(&arguments.folder).or_usage_error()?;
+    if files.is_empty() {
+        let message = "there are no files of results in it; expected those of `naoisis challenge --out`";
+        return Err(report::usage_error(&format!("{}: {message}", arguments.folder.display())));
+    }
+    // A table of before is no result, and may be replaced.
+    let mut results = files.iter().filter(|path| read_results(path).is_ok());
+    results.try_for_each(|path| check_files(path, &outputs, arguments.force)).or_usage_error()?;
+    let interrupt = Interrupt::finish_running().or_failure()?;
     let mut printer = Printer::default();
     let mut status = ExitCode::SUCCESS;
     let mut rows = Vec::new();

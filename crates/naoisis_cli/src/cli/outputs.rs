@@ -43,6 +43,11 @@ pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), 
     Ok(())
 }
 
+/// Checks the same of the files of a learned policy: its network `policy`, and the layout beside it.
+pub fn check_files_of_policy(policy: &Path, outputs: &[Output], force: bool) -> Result<(), String> {
+    [policy, &policy.with_extension("json")].into_iter().try_for_each(|file| check_files(file, outputs, force))
+}
+
 /// Checks that the folder of `path` is there.
 pub fn check_folder_of(path: &Path) -> Result<(), String> {
     match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {

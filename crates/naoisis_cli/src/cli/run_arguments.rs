@@ -9,7 +9,7 @@ use super::agents::AgentArguments;
 use super::booster::BoosterArguments;
 use super::expect::{ExpectArguments, cores};
 use super::game_controller::GameControllerArguments;
-use super::outputs::{Output, check_files, cycle_at};
+use super::outputs::{Output, check_files, check_files_of_policy, cycle_at};
 use super::pace::times_real_time;
 use super::recordings::Recordings;
 use super::teams::TeamArguments;
@@ -121,6 +121,9 @@ impl RunArguments {
         files.extend(self.save.clone().map(|path| Output { option: "--save", path }));
         files.extend(self.expectations.output());
         check_files(Path::new(&self.scenario), &files, self.force)?;
+        for policy in self.teams.policies() {
+            check_files_of_policy(policy, &files, self.force)?;
+        }
         let Some(path) = &self.save else { return Ok(()) };
         if path.extension().is_none_or(|extension| extension != EXTENSION) {
             return Err(format!("--save: {}: expected a file name that ends in .{EXTENSION}", path.display()));

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use clap::Args;
+use std::path::Path;
 
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::team::Team;
@@ -32,6 +33,11 @@ impl TeamArguments {
     /// Returns whether a team is chosen.
     pub fn are_given(&self) -> bool {
         Team::BOTH.into_iter().any(|team| self.of(team).is_some())
+    }
+
+    /// Returns the files of the chosen teams that are learned policies.
+    pub fn policies(&self) -> impl Iterator<Item = &Path> {
+        Team::BOTH.into_iter().filter_map(|team| TeamsSpec::policy(self.of(team)?)).map(Path::new)
     }
 
     /// Sets the chosen teams in the scenario.
