@@ -76,7 +76,7 @@ pub fn play_many(
     expected: &[Expectation],
     interrupt: &Interrupt,
 ) -> Result<Vec<Verdict>, String> {
-    play_all(simulator, scenario, expected, cores(), interrupt.stop())
+    play_all(simulator, scenario, expected, cores(), interrupt.stop()).map_err(|error| error.to_string())
 }
 
 /// Returns the number of matches that are played at the same time.

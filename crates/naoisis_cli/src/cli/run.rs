@@ -122,7 +122,10 @@ fn check_arguments(world: &World, scenario: &Scenario, arguments: &RunArguments)
     arguments.expectations.check(scenario)?;
     arguments.check_time_of_saving(world, scenario)?;
     arguments.network_of_many()?;
-    if arguments.expectations.asks_for_many() { refuse_real_time(world) } else { Ok(()) }
+    if arguments.expectations.asks_for_many() {
+        refuse_real_time(world).map_err(|error| error.to_string())?;
+    }
+    Ok(())
 }
 
 /// Prints a note about robots that stand still because no program can connect.

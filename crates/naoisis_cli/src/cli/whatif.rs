@@ -219,7 +219,7 @@ impl PlayedAgain {
     /// Plays the match in `app` up to the moment, and changes the settings of the command line there.
     fn go_to_moment(&self, app: &mut App, arguments: &WhatIfArguments) -> Result<(), String> {
         app.start_match(&self.scenario).map_err(|fault| fault.to_string())?;
-        begin_programs(app.world_mut())?;
+        begin_programs(app.world_mut()).map_err(|error| error.to_string())?;
         self.traced.iter().try_for_each(|cycle| cycle.play(app.world_mut()))?;
         while app.world().resource::<CycleClock>().cycle < self.cycle {
             run_cycle(app.world_mut());
@@ -355,7 +355,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
         return Err(usage_error(format!("there is no moment at {time_s} s")));
     }
     app.start_match(trace.scenario()).map_err(|fault| usage_error(fault.to_string()))?;
-    begin_programs(app.world_mut()).map_err(usage_error)?;
+    begin_programs(app.world_mut()).map_err(|error| usage_error(error.to_string()))?;
     let commanded = if trace.fields().has("robots.command") { remote_robots(app) } else { Vec::new() };
     let (mut last_s, mut cycles) = (0.0, Vec::new());
     loop {

@@ -35,6 +35,7 @@ pub mod mistakes;
 pub mod observer;
 pub mod pairs;
 mod ratings;
+mod start;
 pub mod summary;
 pub mod sweep;
 pub mod table;
@@ -44,11 +45,11 @@ pub mod variants;
 use mistakes::MistakesAreFound;
 use observer::MatchObserver;
 pub use observer::{MatchOutcome, MatchRow};
+pub use start::{PlayError, begin_programs, refuse_real_time};
 pub use variants::Variants;
 
 use crate::record::mistakes::MistakeFinder;
-use naoisis_agents::agents::{self, AgentSettings};
-use naoisis_agents::game_controller::open_network;
+use naoisis_agents::agents;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_sensing::sensing::jobs::SensingThreads;
@@ -121,7 +122,7 @@ pub fn run_part<V: Variants>(
         let (variant, seed) = batch.job(index);
         let row = match batch.variants.scenario(variant) {
             Ok(scenario) => play(&simulator, &Scenario { seed, ..scenario }),
-            Err(message) => MatchRow::failed(seed, MatchOutcome::Refused, message),
+            Err(error) => MatchRow::failed(seed, MatchOutcome::Refused, error.to_string()),
         };
         MatchRow { index, variant, ..row }
     };
@@ -157,35 +158,9 @@ pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
     })
 }
 
-/// Opens the network of the match in `world`, if it has one, and then starts the programs of its robots.
-///
-/// # Errors
-/// The reason why the network cannot be opened, or a program cannot be started; or that robots are played in real time.
-pub fn begin_programs(world: &mut World) -> Result<(), String> {
-    refuse_real_time(world)?;
-    if !world.contains_resource::<AgentSettings>() {
-        return Ok(());
-    }
-    open_network(world).map_err(|error| format!("the network of the match: {error}"))?;
-    agents::start_programs(world).map_err(|error| error.to_string())
-}
-
-/// Refuses a match whose robots are [played elsewhere](agents::PlayedElsewhere): such programs live in real time, and join one match.
-///
-/// # Errors
-/// The names of these robots, and how to play the match.
-pub fn refuse_real_time(world: &World) -> Result<(), String> {
-    let robots: Vec<String> = agents::robots_played_elsewhere(world).iter().map(ToString::to_string).collect();
-    if robots.is_empty() {
-        return Ok(());
-    }
-    let robots = robots.join(", ");
-    Err(format!("{robots}: programs in real time play these robots, in one match at a time; expected `naoisis run`"))
-}
-
 fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
-    if let Err(message) = begin_programs(world) {
-        return MatchRow::failed(scenario.seed, MatchOutcome::Refused, message);
+    if let Err(error) = begin_programs(world) {
+        return MatchRow::failed(scenario.seed, MatchOutcome::Refused, error.to_string());
     }
     let mut observer = MatchObserver::begin(world);
     let mut finder = world.contains_resource::<MistakesAreFound>().then(|| {

@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_wins_nearly_always_beats_the_other_and_the_table_says_so() {
+    fn a_team_that_nearly_always_wins_beats_the_other_and_the_table_says_so() {
         let pairs = teams(&["weak", "strong"]);
         let rows: Vec<(MatchRow, Pairing)> = (0..20)
             .flat_map(|outs| pairs.pairings().map(move |pairing| (outs, pairing)))

@@ -144,8 +144,8 @@ impl Variants for Sweep {
         self.combinations().unwrap_or(usize::MAX).saturating_mul(self.variants_of_combination())
     }
 
-    fn scenario(&self, index: usize) -> Result<Scenario, String> {
-        self.variant(index).map(|file| file.scenario).map_err(|error| error.to_string())
+    fn scenario(&self, index: usize) -> Result<Scenario, ScenarioError> {
+        self.variant(index).map(|file| file.scenario)
     }
 
     fn columns(&self) -> Vec<String> {

@@ -123,7 +123,7 @@ mod tests {
     use crate::batch::MatchOutcome;
     use crate::batch::csv_lines::{as_text, cells_of};
     use naoisis_core::team::PerTeam;
-    use naoisis_sim::scenario::Scenario;
+    use naoisis_sim::scenario::{Scenario, ScenarioError};
     use std::fs;
 
     /// Two variants. Spreadsheets would take the values of the second for formulas.
@@ -138,7 +138,7 @@ mod tests {
             2
         }
 
-        fn scenario(&self, index: usize) -> Result<Scenario, String> {
+        fn scenario(&self, index: usize) -> Result<Scenario, ScenarioError> {
             self.scenarios.scenario(index)
         }
 

@@ -1,6 +1,6 @@
 //! The variants of a scenario in a batch.
 
-use naoisis_sim::scenario::Scenario;
+use naoisis_sim::scenario::{Scenario, ScenarioError};
 
 /// Scenarios by index, each made when it is played, so that any number of them needs no memory.
 pub trait Variants: Sync {
@@ -10,8 +10,11 @@ pub trait Variants: Sync {
     /// Returns the scenario of variant `index`, from 0. Its seed is ignored.
     ///
     /// # Errors
-    /// The reason why it cannot be played, in words.
-    fn scenario(&self, index: usize) -> Result<Scenario, String>;
+    /// [`ScenarioError`] if its settings are wrong.
+    ///
+    /// # Panics
+    /// May panic if `index` is not below [`count`](Self::count).
+    fn scenario(&self, index: usize) -> Result<Scenario, ScenarioError>;
 
     /// Returns the names of the settings that differ, such as `messages.loss`: columns of a table.
     fn columns(&self) -> Vec<String> {
@@ -39,8 +42,8 @@ impl Variants for Vec<Scenario> {
         self.len()
     }
 
-    fn scenario(&self, index: usize) -> Result<Scenario, String> {
-        self.get(index).cloned().ok_or_else(|| format!("there is no variant {index}"))
+    fn scenario(&self, index: usize) -> Result<Scenario, ScenarioError> {
+        Ok(self[index].clone())
     }
 }
 

@@ -1,11 +1,11 @@
 //! Writes verdicts as JUnit XML, which other tools display.
 
-use core::fmt::Write;
+use core::fmt::{Display, Write};
 
 use super::verdict::Verdict;
 
-/// The verdicts on each scenario, or why it could not be played, as a file of JUnit XML.
-pub fn junit(scenarios: &[(String, Result<Vec<Verdict>, String>)]) -> String {
+/// Returns a file of JUnit XML with the verdicts on each scenario, or the error why it could not be played.
+pub fn junit<E: Display>(scenarios: &[(String, Result<Vec<Verdict>, E>)]) -> String {
     let mut suites = String::new();
     let (mut tests, mut failures, mut errors) = (0, 0, 0);
     for (scenario, outcome) in scenarios {
@@ -16,8 +16,8 @@ pub fn junit(scenarios: &[(String, Result<Vec<Verdict>, String>)]) -> String {
         let scenario = escaped(scenario);
         // Writing to a string cannot fail.
         let _ = writeln!(suites, "  <testsuite name=\"{scenario}\" {}>", counts(of_suite));
-        if let Err(message) = outcome {
-            let message = escaped(message);
+        if let Err(error) = outcome {
+            let message = escaped(&error.to_string());
             let _ = writeln!(
                 suites,
                 "    <testcase classname=\"{scenario}\" name=\"it can be played\"><error message=\"{message}\"/></testcase>"

@@ -5,7 +5,7 @@ use core::fmt;
 use core::sync::atomic::AtomicBool;
 
 use super::measure;
-use crate::batch::begin_programs;
+use crate::batch::{PlayError, begin_programs};
 use crate::record::match_counts::MatchCounter;
 use crate::record::mistakes::{Mistake, MistakeFinder, MistakeKind};
 use naoisis_agents::agents;
@@ -130,18 +130,18 @@ fn holds(expectation: &Expectation, value: Option<f64>) -> bool {
 /// Plays a match to its end and judges `expected` by it.
 ///
 /// # Errors
-/// The reason why the match cannot be started.
+/// [`PlayError`] if the match cannot be started.
 pub fn play(
     simulator: impl Fn() -> App,
     scenario: &Scenario,
     expected: &[Expectation],
-) -> Result<Vec<Verdict>, String> {
+) -> Result<Vec<Verdict>, PlayError> {
     watched(&simulator, scenario, expected).map(|watch| judge(&watch, expected))
 }
 
-fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expectation]) -> Result<Watch, String> {
+fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expectation]) -> Result<Watch, PlayError> {
     let mut app = simulator();
-    app.start_match(scenario).map_err(|fault| fault.to_string())?;
+    app.start_match(scenario)?;
     let world = app.world_mut();
     begin_programs(world)?;
     let mut watch = Watch::begin(world, expected);
@@ -160,14 +160,14 @@ fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expect
 /// match are judged by the match with the scenario's own seed.
 ///
 /// # Errors
-/// Why one cannot be started, and when `stop` becomes true before all are played.
+/// [`PlayError`] if a match cannot be started, or `stop` becomes true before all are played.
 pub fn play_all(
     simulator: impl Fn() -> App + Sync,
     scenario: &Scenario,
     expected: &[Expectation],
     threads: usize,
     stop: &AtomicBool,
-) -> Result<Vec<Verdict>, String> {
+) -> Result<Vec<Verdict>, PlayError> {
     let of_all = |expectation: &Expectation| expectation.frequency.map_or(1, |frequency| frequency.matches);
     let matches = expected.iter().map(of_all).max().unwrap_or(0);
     let alone = || {
@@ -183,7 +183,7 @@ pub fn play_all(
     let mut values = Vec::new();
     play_in_order(0..matches as usize, threads, stop, || (), play, |result| result.map(|of_one| values.push(of_one)))?;
     if values.len() < matches as usize {
-        return Err(format!("interrupted after {} of {matches} matches", values.len()));
+        return Err(PlayError::Interrupted { played: values.len(), matches: matches as usize });
     }
     let verdict = |(index, expectation): (usize, &Expectation)| {
         let values = values.iter().take(of_all(expectation) as usize).map(|values| values[index]);
