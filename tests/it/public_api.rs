@@ -4,9 +4,9 @@
 //! `NAOISIS_WRITE_API=1 cargo test --no-default-features --test it public_api`.
 //!
 //! A file has a line for each item: its path, and its signature, fields, variants or methods, without documentation and bodies.
-//! Items of private modules are listed where `pub use` exports them.
+//! Items of private modules are listed where `pub use` exports them. Macros that generate public types are listed as they are written.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
 use quote::{ToTokens, quote};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -16,13 +16,12 @@ use syn::{
     UseTree, Visibility,
 };
 
-/// The facade and the crates of the workspace, with the folders of their sources. The window is a program, not a library.
+/// The facade and the crates of the workspace, with the folders of their sources.
 fn crates() -> BTreeMap<String, PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let members = root.join("crates").read_dir().unwrap().map(|entry| entry.unwrap());
     let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
     let members = members.map(|entry| (name(&entry.path()), entry.path().join("src")));
-    let members = members.filter(|(name, _)| name != "naoisis_viewer");
     members.chain([("naoisis".to_owned(), root.join("src"))]).collect()
 }
 
@@ -84,6 +83,16 @@ impl Modules {
             own_name.is_some_and(|name| declared.contains(&name) && !listed.contains(&name))
         };
         for (path, items) in &self.items {
+            let macros =
+                || items.iter().filter_map(|item| if let Item::Macro(item) = item { Some(item) } else { None });
+            let makes_types = |tokens: String| ["pub struct", "pub enum"].iter().any(|made| tokens.contains(made));
+            if macros().any(|item| makes_types(item.mac.tokens.to_string())) {
+                for item in macros().filter(|item| !is_hidden(&item.attrs)) {
+                    let (called, name) = (&item.mac.path, item.ident.as_ref());
+                    let tokens = squeezed(undocumented(item.mac.tokens.clone()));
+                    lines.insert(format!("{path}: {}! {{ {tokens} }}", squeezed(quote!(#called #name))));
+                }
+            }
             for item in items {
                 if let Item::Impl(item) = item
                     && !is_hidden(&item.attrs)
@@ -141,6 +150,27 @@ impl Modules {
             _ => {}
         }
     }
+}
+
+/// The tokens without documentation.
+fn undocumented(tokens: TokenStream) -> TokenStream {
+    let mut kept = Vec::new();
+    for token in tokens {
+        match token {
+            TokenTree::Group(group) if is_documentation(&group) => drop(kept.pop()),
+            TokenTree::Group(group) => {
+                kept.push(Group::new(group.delimiter(), undocumented(group.stream())).into());
+            }
+            token => kept.push(token),
+        }
+    }
+    kept.into_iter().collect()
+}
+
+/// Whether a group is `[doc = ...]`, after the `#` of an attribute.
+fn is_documentation(group: &Group) -> bool {
+    let first = group.stream().into_iter().next();
+    group.delimiter() == Delimiter::Bracket && first.is_some_and(|token| token.to_string() == "doc")
 }
 
 fn is_pub(visibility: &Visibility) -> bool {

@@ -21,41 +21,41 @@
 //! | [`drive`], [`speed`] | running the cycles: pause, single cycle, speed, restart |
 //! | [`timeline`] | the past of the match, and replays of traces |
 //! | `timeline_bar` | the bar below the match: position, events, branches |
-//! | [`pitch_frame`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
+//! | `pitch_frame` | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and anti-aliasing |
 //! | `field` | models of carpet, lines, goals, nets and the hall |
 //! | `robot_model`, `robot_animation` | models of robots and their motion |
 //! | `ball_and_posts` | models of ball and posts |
 //! | `contact_shadows` | soft shadows below robots and balls |
-//! | [`camera`] | the camera of the window |
-//! | [`keys`], [`key_bindings`], `key_presses`, [`display_settings`] | keys; which panels are shown, and how |
-//! | [`interaction`] | dragging, turning, kicking, whistling; driving a robot |
-//! | [`overlays`] | drawings on the pitch: perceptions, beliefs and commands of robots |
+//! | `camera` | the camera of the window |
+//! | `keys`, `key_bindings`, `key_presses`, `display_settings` | keys; which panels are shown, and how |
+//! | `interaction` | dragging, turning, kicking, whistling; driving a robot |
+//! | `overlays` | drawings on the pitch: perceptions, beliefs and commands of robots |
 //! | [`camera_images`] | images of the robots' cameras |
-//! | [`robot_panel`] | perceptions, commands, beliefs and behaviour of the selected robot |
+//! | `robot_panel` | perceptions, commands, beliefs and behaviour of the selected robot |
 //! | [`cycle_samples`] | numbers of the latest cycles |
-//! | [`behaviour_state`] | the state of a behaviour, by reflection |
-//! | [`keyframes`], [`rebuild`] | the whole state at any moment: what records leave out is replayed in the background |
-//! | [`branches`] | branches of the match from any moment |
-//! | [`match_before`] | the match before another took its place, to go back to |
-//! | [`frames`] | fewer frames while nothing moves |
+//! | `behaviour_state` | the state of a behaviour, by reflection |
+//! | [`keyframes`], `rebuild` | the whole state at any moment: what records leave out is replayed in the background |
+//! | `branches` | branches of the match from any moment |
+//! | `match_before` | the match before another took its place, to go back to |
+//! | `frames` | fewer frames while nothing moves |
 //! | `ghost_models` | models of robots and balls that are no part of the match |
-//! | [`ghosts`] | another branch on the same pitch, translucent |
-//! | [`many_times`] | repetitions of a moment with other random numbers |
-//! | [`decided`] | what decided the match: the largest swings of the chance to score, with their mistakes |
-//! | [`lanes`] | the whole match, one lane per robot; jumps to events |
-//! | [`plots`] | numbers of robots and the ball over the whole match |
+//! | `ghosts` | another branch on the same pitch, translucent |
+//! | `many_times` | repetitions of a moment with other random numbers |
+//! | `decided` | what decided the match: the largest swings of the chance to score, with their mistakes |
+//! | `lanes` | the whole match, one lane per robot; jumps to events |
+//! | `plots` | numbers of robots and the ball over the whole match |
 //! | `time_axis` | the time axis of lanes and plots |
 //! | `pen_marks` | strokes of the pen |
 //! | `new_file` | new files that never replace others |
-//! | [`workspace`] | the three uses of the window: watch, debug, teach |
-//! | [`watch`] | a large score, replays of goals, a summary at the end |
-//! | [`teach`] | a pen, the world of one robot, bookmarks with captions |
+//! | `workspace` | the three uses of the window: watch, debug, teach |
+//! | `watch` | a large score, replays of goals, a summary at the end |
+//! | `teach` | a pen, the world of one robot, bookmarks with captions |
 //! | `panels` | score, clock, controls, help |
 //! | `team_labels` | the names of the teams |
 //! | `events_panel`, `event_details` | penalties and events; the reasons of the selected one |
-//! | [`selection`] | the selected robot |
-//! | [`frame_cost`] | the cost of a frame |
+//! | `selection` | the selected robot |
+//! | `frame_cost` | the cost of a frame |
 //! | [`memory`] | state that persists between runs |
 //! | [`match_panel`] | scenario, teams, settings; watching of scenario files |
 //! | [`start_at`] | the time at which the match is shown first |
@@ -67,11 +67,11 @@
 //! | [`report_state`] | the state of the window as JSON lines |
 //! | `window_icon` | the icon of the window |
 //! | `window_title` | the title of the window |
-//! | [`widgets`] | the buttons and boxes of the panels, by name |
-//! | [`theme`], `layout`, `floating` | dark and light panels, and their layout |
+//! | `widgets` | the buttons and boxes of the panels, by name |
+//! | `theme`, `layout`, `floating` | dark and light panels, and their layout |
 //! | `labels` | names of robots, words of overlays |
 //! | [`event_log`] | the log of events |
-//! | [`event_filter`] | the filter of the list of events |
+//! | `event_filter` | the filter of the list of events |
 
 use bevy::app::PluginGroupBuilder;
 use bevy::log::{BoxedFmtLayer, LogPlugin, tracing_subscriber};
@@ -85,21 +85,21 @@ mod ball_and_posts;
 /// The crate that the panels are drawn with, for panels of a program's own.
 pub use bevy_egui;
 
-pub mod behaviour_state;
-pub mod branches;
-pub mod camera;
+mod behaviour_state;
+mod branches;
+mod camera;
 pub mod camera_images;
 #[cfg(test)]
 mod colour_vision;
 mod command_list;
 mod contact_shadows;
 pub mod cycle_samples;
-pub mod decided;
-pub mod display_settings;
+mod decided;
+mod display_settings;
 mod drawing;
 pub mod drive;
 mod event_details;
-pub mod event_filter;
+mod event_filter;
 pub mod event_log;
 mod event_reasons;
 mod events_panel;
@@ -107,56 +107,56 @@ mod field;
 pub mod film;
 pub mod first_frame;
 mod floating;
-pub mod frame_cost;
-pub mod frames;
+mod frame_cost;
+mod frames;
 mod ghost_models;
-pub mod ghosts;
-pub mod interaction;
-pub mod key_bindings;
+mod ghosts;
+mod interaction;
+mod key_bindings;
 mod key_presses;
 pub mod keyframes;
-pub mod keys;
+mod keys;
 mod labels;
-pub mod lanes;
+mod lanes;
 mod layout;
-pub mod many_times;
-pub mod match_before;
+mod many_times;
+mod match_before;
 pub mod match_panel;
 pub mod memory;
 mod new_file;
 mod open_dialog;
-pub mod overlays;
+mod overlays;
 mod palette;
 mod panels;
 mod part_mesh;
 mod pen_marks;
 mod picture;
-pub mod pitch_frame;
-pub mod plots;
-pub mod rebuild;
+mod pitch_frame;
+mod plots;
+mod rebuild;
 pub mod report_state;
 mod robot_animation;
 mod robot_model;
-pub mod robot_panel;
+mod robot_panel;
 mod scenario_list;
-pub mod selection;
+mod selection;
 pub mod shared;
 mod sharing;
 pub mod speed;
 pub mod start_at;
 pub mod start_page;
-pub mod teach;
+mod teach;
 mod team_labels;
-pub mod theme;
+mod theme;
 mod time_axis;
 pub mod timeline;
 mod timeline_bar;
-pub mod unrecognised;
-pub mod watch;
-pub mod widgets;
+mod unrecognised;
+mod watch;
+mod widgets;
 mod window_icon;
 mod window_title;
-pub mod workspace;
+mod workspace;
 
 pub use shared::{TimelineCommand, ViewerCommand};
 pub use speed::Speed;

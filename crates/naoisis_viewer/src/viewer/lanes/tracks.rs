@@ -116,11 +116,6 @@ impl Tracks {
         &self.words
     }
 
-    /// Returns the lane of a robot, if it is in the match.
-    pub fn robot(&self, id: RobotId) -> Option<&LaneTrack> {
-        self.robots.get(&id)
-    }
-
     /// Adds the record of a cycle, which must be after all others.
     pub fn note(&mut self, record: &CycleRecord) {
         let cycle = record.cycle;
@@ -214,7 +209,7 @@ mod tests {
         for (cycle, intention) in [(0, "support"), (10, "support"), (20, "attack"), (30, "attack")] {
             tracks.note(&record(cycle, intention, 0.1));
         }
-        let track = tracks.robot(BLUE).unwrap();
+        let track = &tracks.robots[&BLUE];
         let word = |span: &Span<usize>| (span.first, span.last, tracks.words()[span.what].clone());
         let spans: Vec<_> = track.intentions.iter().map(word).collect();
         assert_eq!(spans, [(0, 20, "support".to_owned()), (20, 30, "attack".to_owned())]);
@@ -222,7 +217,7 @@ mod tests {
         // An intention stays between two messages, and not much longer.
         for (cycle, expected) in [(40, "attack"), (30 + STAYS + 1, "")] {
             tracks.note(&CycleRecord { cycle, robots: vec![RobotRecord::new(BLUE)], ..default() });
-            let track = tracks.robot(BLUE).unwrap();
+            let track = &tracks.robots[&BLUE];
             assert_eq!(tracks.words()[track.intentions.last().unwrap().what], expected, "{cycle}");
         }
         // A record that is already known is not added again.
