@@ -1,4 +1,4 @@
-//! Worlds in which something learns, stepped together.
+//! Learning environments: many worlds that are stepped together.
 
 use bevy::ecs::world::World;
 use naoisis::cycle::CycleClock;
@@ -7,7 +7,7 @@ use naoisis::environment::counts::BeginCounter;
 use naoisis::environment::reward::REWARDS;
 use naoisis::environment::{
     self, ActionKind, ActionSpace, Arrays, Challenge, EnvironmentError, EnvironmentSettings, ObservationEntry,
-    ObservationKind, RewardWeights, SavedWorld, StartError, action, action_space,
+    ObservationKind, SavedWorld, StartError, action, action_space,
 };
 use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::record::match_counts::begin_episode;
@@ -21,11 +21,13 @@ use pyo3::types::PyBytes;
 use std::sync::{Arc, Mutex, TryLockError};
 
 use crate::errors::{match_error, of_snapshot, scenario_error, snapshot_error};
-use crate::shapes::{Shape, auto_reset_of, camera_of, observed, ranges_of_levels, with_images, word};
+use crate::shapes::{
+    Shape, auto_reset_of, camera_of, first_of, observed, ranges_of_levels, reward_of, with_images, word,
+};
 use crate::simulator::{self, Made};
 use crate::starts::{Changes, Origin, Starts, draws_of, scenario_of};
 use crate::steps::{Filled, slice, step, written};
-use crate::values::{Digits, from_python, to_python};
+use crate::values::{Digits, to_python};
 
 /// The names of the challenges and their versions.
 #[pyfunction]
@@ -37,7 +39,7 @@ pub fn challenges() -> PyResult<Vec<(String, u32, String)>> {
     CHALLENGES.iter().map(read).collect()
 }
 
-/// Worlds that are stepped together. Python has their documentation where it wraps them.
+/// Worlds that are stepped together. The Python classes that wrap them have the documentation.
 #[pyclass(frozen, module = "naoisis._naoisis")]
 pub struct Environments {
     worlds: Mutex<environment::Environments>,
@@ -80,7 +82,7 @@ impl Environments {
         }
     }
 
-    /// Has something done with the arrays, which must have the right sizes. Returns whether an episode is over in one of the worlds.
+    /// Calls `act` with the arrays, after checking their sizes. Returns whether an episode has ended in any world.
     fn fill(
         &self,
         py: Python<'_>,
@@ -151,23 +153,11 @@ impl Environments {
         let draws = draws_of(&shape.draws)?;
         let origin = Origin::new(py, levels, &shape.others, draws, words, situation, form)?;
         let Starts { start, control, entries: ranges } = origin.start(py)?;
-        if control.is_empty() || (shape.solo && control.len() > 1) {
-            let expected =
-                if shape.solo { "one robot, such as 'blue2'" } else { "one robot at least, such as 'blue2'" };
-            return Err(PyValueError::new_err(format!("control: {} robots; expected {expected}", control.len())));
-        }
-        let reward = match (&shape.reward, &challenge) {
-            (Some(weights), _) => {
-                let weights = from_python(weights, "reward")?;
-                serde_json::from_value(weights).map_err(|error| PyValueError::new_err(format!("reward: {error}")))?
-            }
-            (None, Some(challenge)) => challenge.reward,
-            (None, None) => RewardWeights::SCORE,
-        };
+        let first = first_of(&control, &shape)?;
+        let reward = reward_of(&shape, challenge.as_ref())?;
         let cycles = shape.cycles_per_step.or(challenge.as_ref().map(|challenge| challenge.cycles_per_step));
         let end = challenge.map(|challenge| challenge.end).unwrap_or_default();
         let reads_senses = end.ball_seen || end.believed_within_m.is_some() || shape.own_reward;
-        let first = control[0];
         let settings = EnvironmentSettings {
             start: Arc::new(start),
             control,
@@ -226,19 +216,19 @@ impl Environments {
         to_python(py, &self.settings.reward, Digits::All)
     }
 
-    /// The numbers that an agent observes: name, least and greatest value, and what it says.
+    /// The entries of an agent's observation: name, least and greatest value, and meaning.
     fn entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
         let entries = |entry: &ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
         self.with(py, |worlds| Ok(worlds.entries().iter().map(entries).collect()))
     }
 
-    /// The numbers of a world's state.
+    /// The entries of a world's true state: name, least and greatest value, and meaning.
     fn state_entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
         let entries = |entry: &ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
         self.with(py, |worlds| Ok(worlds.state_entries().iter().map(entries).collect()))
     }
 
-    /// The names of an action's numbers, or of its choices, list by list.
+    /// The names of the numbers of a continuous action, or of the choices in each list of a discrete one.
     fn action_names(&self) -> Vec<Vec<&'static str>> {
         self.settings.actions().names()
     }
@@ -267,7 +257,7 @@ impl Environments {
         Ok(())
     }
 
-    /// Plays a step, and fills the arrays. Returns whether an episode is over.
+    /// Plays a step and fills the arrays. Returns whether an episode has ended in any world.
     fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<bool> {
         let actions =
             actions.as_slice().map_err(|_| PyValueError::new_err("actions: expected a contiguous array of float32"))?;
@@ -279,7 +269,7 @@ impl Environments {
         self.fill(py, &arrays, |py, worlds, arrays| step(py, worlds, actions, arrays))
     }
 
-    /// The state of each world: its match, if there is one, and the rest of its episode.
+    /// The saved state of each world: its match, if there is one, and the rest of its episode.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Vec<(Option<Bound<'py, PyBytes>>, Bound<'py, PyBytes>)>> {
         self.with(py, |worlds| {
             let saved = worlds.save().map_err(|error| of_snapshot(py, &error))?;
@@ -288,7 +278,8 @@ impl Environments {
         })
     }
 
-    /// Goes on from the states of worlds. Those of each mask begin their later episodes from what its reset has changed.
+    /// Continues from saved states. `changed` are the options of earlier resets, each with the worlds whose later
+    /// episodes they change.
     fn restore(
         &self,
         py: Python<'_>,
@@ -307,7 +298,7 @@ impl Environments {
         })
     }
 
-    /// What the episode of a world began from: seed, index of the scenario, and the values that were drawn.
+    /// The start of a world's episode: seed, index of the scenario, and drawn values.
     fn origin<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyAny>> {
         self.with(py, |worlds| match worlds.origin(world) {
             Some(origin) => to_python(py, origin, Digits::All),
@@ -315,7 +306,7 @@ impl Environments {
         })
     }
 
-    /// The origin of the episode of a world that ended in the last step, and the counts of both teams by name; None if it goes on.
+    /// The start of the episode that ended in a world in the last step, and the counts of both teams by name; `None` if no episode ended.
     fn ended<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Option<Ended<'py>>> {
         self.with(py, |worlds| {
             let Some(ended) = worlds.ended(world) else { return Ok(None) };
@@ -324,12 +315,12 @@ impl Environments {
         })
     }
 
-    /// For each choice of the next actions of all agents whether it has an effect: row by row, list by list.
+    /// Whether each choice has an effect in the next step, for all agents and all lists in order.
     fn action_masks<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         self.with(py, |worlds| Ok(PyArray1::from_vec(py, worlds.action_masks())))
     }
 
-    /// What is true in each world, world by world.
+    /// The true state of each world, one after the other.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.with(py, |worlds| {
             let entries = worlds.state_entries().len();
@@ -339,7 +330,7 @@ impl Environments {
         })
     }
 
-    /// What is true in a world: a trace's line.
+    /// The true state of a world as a line of a trace.
     fn truth<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyAny>> {
         self.with(py, |worlds| {
             let world = world_of(worlds, world)?;
@@ -352,7 +343,7 @@ impl Environments {
         })
     }
 
-    /// A world as it is now, to begin episodes from.
+    /// A snapshot of a world's match, from which episodes can start.
     fn snapshot<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyBytes>> {
         self.with(py, |worlds| {
             let world = world_of(worlds, world)?;
@@ -375,26 +366,26 @@ impl Environments {
         Ok(PyArray1::from_vec(py, image.rgb).reshape([height as usize, width as usize, 3])?.into_any())
     }
 
-    /// The parts of rewards, and what they are.
+    /// The terms of rewards and their meanings.
     #[staticmethod]
     fn rewards() -> Vec<(&'static str, &'static str)> {
         REWARDS.to_vec()
     }
 
-    /// The numbers of a continuous action, and what they mean.
+    /// The numbers of a continuous action and their meanings.
     #[staticmethod]
     fn continuous() -> Vec<(&'static str, &'static str)> {
         action::CONTINUOUS.to_vec()
     }
 
-    /// The numbers of a continuous action that say something, and what they mean.
+    /// The numbers of a continuous action that choose a word to say, and their meanings.
     #[staticmethod]
     fn says() -> Vec<(&'static str, &'static str)> {
         action_space::SAYS.to_vec()
     }
 }
 
-/// The origin of an episode, and for each count its name and the numbers of blue and pink.
+/// The start of an episode, and for each count its name and the numbers of blue and pink.
 type Ended<'py> = (Bound<'py, PyAny>, Vec<(&'static str, f64, f64)>);
 
 fn world_of(worlds: &mut environment::Environments, index: usize) -> PyResult<&mut World> {

@@ -1,7 +1,9 @@
-//! How environments are made: their options, the camera of their images, and the ranges of what they observe.
+//! The options of environments, the camera of their images, and the ranges of their observations.
 
 use naoisis::camera_model::{CameraName, NotACameraName};
-use naoisis::environment::{AutoReset, Extras, ObservationEntry, ObservationForm, ObservationKind, Others};
+use naoisis::environment::{
+    AutoReset, Challenge, Extras, ObservationEntry, ObservationForm, ObservationKind, Others, RewardWeights,
+};
 use naoisis::scenario::{Realism, ScenarioFile, Setting};
 use naoisis::sensing::camera::CameraRendering;
 use naoisis::team::RobotId;
@@ -13,13 +15,14 @@ use serde::de::DeserializeOwned;
 use crate::errors::scenario_error;
 use crate::simulator::{Made, setting};
 use crate::starts::{DrawnField, Origin, scenario_of};
+use crate::values::from_python;
 
-/// How an environment is: a dictionary with these keys.
+/// The options of an environment: a dictionary with these keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Shape<'py> {
     pub control: Option<Vec<String>>,
-    /// Other opponents than the first: the side of each, and its team's name.
+    /// Opponents besides the first: the side of each and the name of its team.
     pub others: Vec<(String, String)>,
     pub solo: bool,
     pub observation: String,
@@ -28,23 +31,23 @@ pub struct Shape<'py> {
     pub action: String,
     pub cycles_per_step: Option<u32>,
     pub reward: Option<Bound<'py, PyDict>>,
-    /// Other levels of realism than the first, one of which is drawn for each episode.
+    /// Levels of realism besides the first; one of all is drawn for each episode.
     pub realisms: Vec<String>,
     /// The fields of the scenario that are drawn for each episode.
     pub draws: Vec<DrawnField<'py>>,
     pub extras: ShapeExtras,
-    /// The number of team-mates and of opponents in an observation, if it is not that of the match.
+    /// The numbers of team-mates and of opponents in an observation; `None` for those of the match.
     pub observed_robots: Option<[u8; 2]>,
-    /// Whether episodes are counted.
+    /// Whether the info of an episode has counts of goals, kicks and the like.
     pub statistics: bool,
-    /// Whether a function of the truth, with what robots perceive, is the reward.
+    /// Whether the caller computes rewards, for which it needs perceptions besides the truth.
     pub own_reward: bool,
     pub worlds: usize,
     pub auto_reset: String,
     pub threads: usize,
 }
 
-/// What is observed besides, and what robots can say: a dictionary with these keys.
+/// Optional parts of observations and actions: a dictionary with these keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct ShapeExtras {
@@ -62,13 +65,13 @@ impl From<&ShapeExtras> for Extras {
     }
 }
 
-/// A word out of a list of them.
+/// The value that `word` names. The error names the option `name` and the `expected` words.
 pub fn word<T: DeserializeOwned>(word: &str, name: &str, expected: &str) -> PyResult<T> {
     serde_json::from_value(word.into())
         .map_err(|_| PyValueError::new_err(format!("{name}: there is no {word:?}; expected {expected}")))
 }
 
-/// The numbers that are observed.
+/// The form of observations.
 pub fn observed(shape: &Shape<'_>) -> PyResult<ObservationForm> {
     let kind = match shape.observation.as_str() {
         "image" => ObservationKind::Body,
@@ -90,7 +93,29 @@ pub fn auto_reset_of(word: &str) -> PyResult<AutoReset> {
     }
 }
 
-/// The camera whose images are observed.
+/// The first of the controlled robots. Fails if there is none, or more than one in an environment for one agent.
+pub fn first_of(control: &[RobotId], shape: &Shape<'_>) -> PyResult<RobotId> {
+    match control {
+        [only] => Ok(*only),
+        [first, ..] if !shape.solo => Ok(*first),
+        _ => {
+            let expected =
+                if shape.solo { "one robot, such as 'blue2'" } else { "one robot at least, such as 'blue2'" };
+            Err(PyValueError::new_err(format!("control: {} robots; expected {expected}", control.len())))
+        }
+    }
+}
+
+/// The weights of the reward: those that are given, or those of the task.
+pub fn reward_of(shape: &Shape<'_>, challenge: Option<&Challenge>) -> PyResult<RewardWeights> {
+    let Some(weights) = &shape.reward else {
+        return Ok(challenge.map_or(RewardWeights::SCORE, |challenge| challenge.reward));
+    };
+    serde_json::from_value(from_python(weights, "reward")?)
+        .map_err(|error| PyValueError::new_err(format!("reward: {error}")))
+}
+
+/// The camera of the observed images: the one that was asked for, or the first.
 pub fn camera_of(shape: &Shape<'_>, file: &ScenarioFile) -> PyResult<CameraName> {
     let mounts = file.scenario.settings.cameras.mounts;
     let Some(word) = &shape.camera else {
@@ -107,7 +132,7 @@ pub fn camera_of(shape: &Shape<'_>, file: &ScenarioFile) -> PyResult<CameraName>
     Ok(name)
 }
 
-/// A scenario with the images of a camera, of so many pixels in height and width.
+/// The scenario `file` with images of `camera`; `size` is height and width, pixels.
 pub fn with_images(py: Python<'_>, file: ScenarioFile, camera: CameraName, size: [u32; 2]) -> PyResult<ScenarioFile> {
     let [height, width] = size;
     let which = serde_json::to_string(&camera).unwrap_or_default();
@@ -120,7 +145,7 @@ pub fn with_images(py: Python<'_>, file: ScenarioFile, camera: CameraName, size:
     file.with(&settings).map_err(|error| scenario_error(py, &error))
 }
 
-/// The entries of the observation of the robot `id` at each level of realism, as the environment or a reset may set it.
+/// The observation entries of robot `id` at each level of realism that the environment or a reset can set.
 pub fn ranges_of_levels(py: Python<'_>, made: &Made<'_>, origin: &Origin, id: RobotId) -> Vec<Vec<ObservationEntry>> {
     let levels = [Realism::Paper, Realism::Ideal, Realism::Realistic];
     // A task has another robot at some levels, and a reset can set another level for each of them.

@@ -99,14 +99,7 @@ pub(super) fn realism(word: &str) -> Result<Realism, String> {
 /// Runs the command.
 pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> CommandResult {
     let challenges = challenges(arguments).or_usage_error()?;
-    for (option, path) in [("--out", &arguments.out), ("--scenario", &arguments.scenario)] {
-        let Some(path) = path else { continue };
-        let outputs = [Output { option, path: path.clone() }];
-        let mut policies = arguments.policy.iter().map(Path::new);
-        let checked = check_files(Path::new(""), &outputs, arguments.force)
-            .and_then(|()| policies.try_for_each(|policy| check_files_of_policy(policy, &outputs, arguments.force)));
-        checked.and_then(|()| check_folder_of(path)).or_usage_error()?;
-    }
+    check_outputs(arguments)?;
     if first_seed(arguments).checked_add(u64::from(arguments.episodes).saturating_sub(1)).is_none() {
         let message =
             format!("--seed: {} episodes have seeds beyond {}; expected a smaller seed", arguments.episodes, u64::MAX);
@@ -136,15 +129,47 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> C
             check_player(challenge, &player, || program.simulator()).or_usage_error()?;
         }
     }
+    let (file, status) = play_all(program, &challenges, arguments, &interrupt, &mut printer)?;
+    if let Some(path) = &arguments.out {
+        write(path, "--out", to_string_pretty(&file)).or_failure()?;
+    }
+    if !arguments.quiet {
+        printer.print("Intervals are those of 95 % confidence.\n");
+    }
+    Ok(interrupt.finish(printer.finish(status)))
+}
+
+/// Checks that the files of `--out` and `--scenario` can be written, and are none that the command reads.
+fn check_outputs(arguments: &ChallengeArguments) -> Result<(), ExitCode> {
+    for (option, path) in [("--out", &arguments.out), ("--scenario", &arguments.scenario)] {
+        let Some(path) = path else { continue };
+        let outputs = [Output { option, path: path.clone() }];
+        let mut policies = arguments.policy.iter().map(Path::new);
+        let checked = check_files(Path::new(""), &outputs, arguments.force)
+            .and_then(|()| policies.try_for_each(|policy| check_files_of_policy(policy, &outputs, arguments.force)));
+        checked.and_then(|()| check_folder_of(path)).or_usage_error()?;
+    }
+    Ok(())
+}
+
+/// Plays the episodes of all players and prints their success rates. Returns the results, and the exit status: a failure if a player that was asked
+/// for had nothing to play back.
+fn play_all(
+    program: Program<'static>,
+    challenges: &[(Realism, Challenge)],
+    arguments: &ChallengeArguments,
+    interrupt: &Interrupt,
+    printer: &mut Printer,
+) -> Result<(ResultFile, ExitCode), ExitCode> {
     let mut file = ResultFile::default();
     let mut status = ExitCode::SUCCESS;
-    for (realism, challenge) in &challenges {
+    for (realism, challenge) in challenges {
         if !arguments.quiet {
             let Challenge { name, version, description, .. } = challenge;
             printer.print(format_args!("{name}-v{version}, realism {realism}: {description}\n"));
         }
         for player in players(challenge, *realism, arguments) {
-            let episodes = match play(program, challenge, &player, arguments, &interrupt) {
+            let episodes = match play(program, challenge, &player, arguments, interrupt) {
                 Ok(episodes) => episodes,
                 // In tables of baselines, a player without a success has nothing to play back.
                 Err(AttemptError::NothingToPlayBack { .. }) if arguments.behaviour.is_empty() => continue,
@@ -165,18 +190,12 @@ pub fn challenge(program: Program<'static>, arguments: &ChallengeArguments) -> C
         }
         let is_of_challenge =
             |result: &&ChallengeResult| result.challenge == challenge.name && result.realism == *realism;
-        print_score(&mut printer, arguments, "", file.results.iter().filter(is_of_challenge));
+        print_score(printer, arguments, "", file.results.iter().filter(is_of_challenge));
     }
     if challenges.len() > 1 {
-        print_score(&mut printer, arguments, "All tasks, ", &file.results);
+        print_score(printer, arguments, "All tasks, ", &file.results);
     }
-    if let Some(path) = &arguments.out {
-        write(path, "--out", to_string_pretty(&file)).or_failure()?;
-    }
-    if !arguments.quiet {
-        printer.print("Intervals are those of 95 % confidence.\n");
-    }
-    Ok(interrupt.finish(printer.finish(status)))
+    Ok((file, status))
 }
 
 /// Prints the score of several policies.

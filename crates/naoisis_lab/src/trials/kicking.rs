@@ -8,9 +8,9 @@ use naoisis_core::ball::Rolling;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::MatchEvent;
 use naoisis_core::geometry::{to_degrees, wrap_angle};
-use naoisis_core::kick_geometry::KickType;
+use naoisis_core::kick_geometry::{KickName, KickType};
 use naoisis_core::robot::kick::KickPhase;
-use naoisis_sim::scenario::RobotModel;
+use naoisis_sim::scenario::{RobotModel, Scenario};
 use naoisis_sim::simulation::MatchApp;
 
 /// The number of repetitions of values without a spread.
@@ -27,6 +27,18 @@ struct Kicks {
     departures: Vec<f64>,
     /// The times from the command until the robot is ready again, s.
     ready: Vec<f64>,
+}
+
+/// The kicks of a robot.
+struct TriedKicks {
+    /// The straight kick; if the robot has none, the kick with the greatest reach.
+    main: KickType,
+    straight: Kicks,
+    side: Option<Kicks>,
+    /// Side kicks at a ball on the wrong side.
+    extended: Option<Kicks>,
+    /// The robot's own kicks: name, mean distance, and the distance of the model, m.
+    own: Vec<(KickName, f64, f32)>,
 }
 
 /// Runs kicks at a ball at `place`, m, robot frame, each until the ball rests.
@@ -76,8 +88,15 @@ fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitio
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
+    let Some(tried) = try_kicks(&mut laboratory, &real, repetitions)? else { return Ok(Vec::new()) };
+    let speed_left_mps = speed_after_a_second(&mut laboratory)?;
+    Ok(quantities(&laboratory, &real, tried, speed_left_mps))
+}
+
+/// Runs the kicks of a robot with the settings of `real`. Returns `None` for a robot without kicks.
+fn try_kicks(laboratory: &mut Laboratory, real: &Scenario, repetitions: u32) -> Result<Option<TriedKicks>, TrialError> {
     let mut of_type = |kick_type: KickType| match real.settings.kicks.geometry(kick_type) {
-        Some(geometry) => kick(&mut laboratory, kick_type, geometry.best_m, repetitions).map(Some),
+        Some(geometry) => kick(laboratory, kick_type, geometry.best_m, repetitions).map(Some),
         None => Ok(None),
     };
     let side = of_type(KickType::LeftSide)?;
@@ -89,9 +108,9 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         .map(|_| KickType::RightStraight)
         .or(real.settings.kicks.strongest())
     else {
-        return Ok(Vec::new());
+        return Ok(None);
     };
-    let Some(straight) = of_type(main)? else { return Ok(Vec::new()) };
+    let Some(straight) = of_type(main)? else { return Ok(None) };
     let mut own = Vec::new();
     for (name, model) in real.settings.kicks.own.iter() {
         if let Some(kicks) = of_type(KickType::Custom(*name))? {
@@ -103,15 +122,29 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         [KickType::LeftSide, KickType::LeftStraight].map(|kick| real.settings.kicks.geometry(kick));
     let extended = match (of_side, of_straight) {
         (Some(side), Some(straight)) if !side.admits(straight.best_m) => {
-            Some(kick(&mut laboratory, KickType::LeftSide, straight.best_m, FEW)?)
+            Some(kick(laboratory, KickType::LeftSide, straight.best_m, FEW)?)
         }
         _ => None,
     };
+    Ok(Some(TriedKicks { main, straight, side, extended, own }))
+}
+
+/// The speed of a ball a second after it rolled at 1 m/s, m/s.
+fn speed_after_a_second(laboratory: &mut Laboratory) -> Result<f64, TrialError> {
     laboratory.begin(json!({ "ball": { "position_m": [-3, 0], "velocity_mps": [1, 0] } }))?;
     let second = laboratory.cycles(1.0);
     laboratory.app.run_cycles(second);
-    let speed_left = f64::from(laboratory.app.ball_velocity().unwrap_or_default().length());
+    Ok(f64::from(laboratory.app.ball_velocity().unwrap_or_default().length()))
+}
 
+/// The measured values beside those of `real`.
+fn quantities(
+    laboratory: &Laboratory,
+    real: &Scenario,
+    tried: TriedKicks,
+    speed_left_mps: f64,
+) -> Vec<MeasuredQuantity> {
+    let TriedKicks { main, straight, side, extended, own } = tried;
     let (kicks, latency, rolling) = (real.settings.kicks, real.settings.latency, real.ball.unwrap_or_default().rolling);
     // The distance grows with the speed of the ball, or with its square at constant deceleration, and so does its spread.
     let distance_spread = match rolling {
@@ -143,7 +176,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     // A kick's own figures take precedence over the common ones.
     let of_main = |field: &str| {
         let own = format!("{path}.{field}");
-        if model.says(&own) { own } else { format!("kicks.{field}") }
+        if laboratory.model.says(&own) { own } else { format!("kicks.{field}") }
     };
     let straight = [
         quantity(&name, "m", mean_of(&straight.distances), kicks.max_distance_m(main), &path),
@@ -157,7 +190,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         ),
         quantity("command to ball's departure", "s", mean_of(&straight.departures), departure_s, &of_main("wind_up_s")),
         quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, &of_main("recovery_s")),
-        quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
+        quantity("ball's speed after a second from 1 m/s", "m/s", speed_left_mps, rolling.advance(1.0, 1.0).1, "ball"),
     ];
-    Ok(straight.into_iter().chain(side).chain(extended).chain(own).collect())
+    straight.into_iter().chain(side).chain(extended).chain(own).collect()
 }

@@ -18,6 +18,7 @@
 
 mod dialect;
 mod entries;
+mod parameters;
 mod read_entries;
 mod reader;
 mod writer;

@@ -65,11 +65,8 @@ pub(super) fn show(
         let height = (ui.available_height() - rest(ui)).max(LEAST);
         let in_view = (height / LANE) as usize;
         if show_head(ui, &mut lanes, in_view, &mut part, &mut events) {
-            filter.list_only(LogKind::Mistake);
-            display.events = true;
-            // Another panel at the right may have taken its space.
-            display.close_opened();
             lanes.kind = EventKind::Listed;
+            list_mistakes(&mut filter, &mut display);
         }
         if lanes.is_reading() {
             ui.label(dim("The match is being read…").size(text_size::SMALL));
@@ -78,8 +75,8 @@ pub(super) fn show(
         let axis = Axis { part: part.0.unwrap_or(whole), left: BEFORE, width: (width - BEFORE - behind).max(40.0) };
         let rows = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             let looks = word_looks(lanes.tracks.words());
+            let words = (lanes.tracks.words(), &looks[..]);
             for (id, track) in lanes.tracks.robots() {
-                let words = (lanes.tracks.words(), &looks[..]);
                 let mistakes = cycles_of_mistakes(&lanes, id, clock.period_s);
                 let lane = show_lane(ui, (id, track, &mistakes), words, &axis, selection.0, &mut actions);
                 mark_mistakes(ui, lane, mistakes.into_iter(), &axis);
@@ -91,10 +88,7 @@ pub(super) fn show(
         // From here on, positions are those of the whole window.
         let axis = Axis { left: area.left() + BEFORE, ..axis };
         let time_area = area.with_min_x(axis.left).with_max_x(axis.left + axis.width);
-        for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
-            let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
-            upright(ui, axis.x(mark.cycle as f64), time_area, Stroke::new(1.5, colour));
-        }
+        mark_goals(ui, &history, &axis, time_area);
         upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
         show_times(ui, &axis, clock.period_s, time_area);
         let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
@@ -122,6 +116,14 @@ pub(super) fn show(
         ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of lanes"), others));
     });
     Ok(())
+}
+
+/// Opens the list of events with mistakes only.
+fn list_mistakes(filter: &mut EventFilter, display: &mut DisplaySettings) {
+    filter.list_only(LogKind::Mistake);
+    display.events = true;
+    // Another panel at the right may have taken its space.
+    display.close_opened();
 }
 
 /// Shows how many lanes are in view, if not all are, and the choice of events to jump to. Returns whether a list of the mistakes is wanted.
@@ -269,6 +271,14 @@ fn mark_mistakes(ui: &egui::Ui, lane: Area, cycles: impl Iterator<Item = u64>, a
         let corners = vec![tip, tip + egui::vec2(-3.5, -6.0), tip + egui::vec2(3.5, -6.0)];
         let edge = Stroke::new(0.8, Color32::BLACK);
         painter.add(egui::Shape::convex_polygon(corners, ink(DrawColour::Vermilion), edge));
+    }
+}
+
+/// Draws a line over all lanes for each goal, in the colour of the team.
+fn mark_goals(ui: &egui::Ui, history: &History, axis: &Axis, lanes: Area) {
+    for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
+        let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
+        upright(ui, axis.x(mark.cycle as f64), lanes, Stroke::new(1.5, colour));
     }
 }
 

@@ -1,6 +1,7 @@
 //! The panel of the selected robot: what it sees, hears, wants and believes.
 
 use bevy::ecs::query::QueryData;
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, CollapsingHeader, Grid, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
@@ -134,34 +135,49 @@ struct ShownRobot {
     belief: Option<&'static Belief>,
 }
 
+/// What the sections show besides the components of the robot, and what clicks in them change.
+#[derive(SystemParam)]
+struct Shown<'w, 's> {
+    clock: Res<'w, CycleClock>,
+    game: Res<'w, Game>,
+    log: Res<'w, EventLog>,
+    roster: Res<'w, Roster>,
+    scenario: Option<Res<'w, Scenario>>,
+    pitch: Res<'w, Pitch>,
+    balls: Query<'w, 's, (), With<Ball>>,
+    current: Res<'w, CurrentRecord>,
+    samples: Res<'w, CycleSamples>,
+    state: Res<'w, ShownState>,
+    pictures: Res<'w, Pictures>,
+    missed: Res<'w, ShownUnrecognised>,
+    history: ResMut<'w, History>,
+    keyframes: Res<'w, Keyframes>,
+    timeline: Res<'w, Timeline>,
+    last_kick: Local<'s, last_kick::Found>,
+    playback: ResMut<'w, Playback>,
+    moments: MessageWriter<'w, TimelineCommand>,
+    actions: MessageWriter<'w, Action>,
+}
+
 fn show_robot(
     mut contexts: EguiContexts,
     selection: Res<Selection>,
-    roster: Res<Roster>,
     robots: Query<ShownRobot>,
-    (clock, game, log): (Res<CycleClock>, Res<Game>, Res<EventLog>),
-    (samples, current, display): (Res<CycleSamples>, Res<CurrentRecord>, Res<DisplaySettings>),
-    (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
-    (mut opened, missed, mut shown_cycle): (ResMut<Opened>, Res<ShownUnrecognised>, Local<u64>),
-    (pitch, balls): (Res<Pitch>, Query<(), With<Ball>>),
+    display: Res<DisplaySettings>,
+    (mut opened, mut shown_cycle): (ResMut<Opened>, Local<u64>),
     mut sizes: ResMut<PanelSizes>,
-    mut actions: MessageWriter<Action>,
     (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
-    (mut history, keyframes, timeline): (ResMut<History>, Res<Keyframes>, Res<Timeline>),
-    (mut last_kick, mut moments, mut playback): (
-        Local<last_kick::Found>,
-        MessageWriter<TimelineCommand>,
-        ResMut<Playback>,
-    ),
+    mut shown: Shown,
 ) -> Result {
     let Some(id) = selection.0 else { return Ok(()) };
-    let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
+    let Some(robot) = shown.roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
+    let cycle = shown.clock.cycle;
     // Tables have the heights of their last rows: those of another moment would lie over each other, until the next frame.
-    if playback.paused && (*shown_cycle != clock.cycle || state.is_changed() || missed.is_changed()) {
+    if shown.playback.paused && (*shown_cycle != cycle || shown.state.is_changed() || shown.missed.is_changed()) {
         context.request_discard("values of another moment");
     }
-    *shown_cycle = clock.cycle;
+    *shown_cycle = cycle;
     // A narrow window has no room for both.
     if display.has_panel_at_right() && context.content_rect().width() < ROOM_FOR_TWO {
         return Ok(());
@@ -170,64 +186,102 @@ fn show_robot(
         /// The width of the scroll bar, logical pixels.
         const BAR: f32 = 8.0;
         let width = (ui.available_width() - BAR).max(BAR);
-        let record = current.record.robot(id);
-        let intention = record.and_then(|record| record.intention()).filter(|intention| !intention.is_empty());
-        let behaviour = match &state.0 {
-            Ok(state) => state.name.as_deref(),
-            Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
-        };
-        show_head(ui, id, &robot, (behaviour, intention), &clock, &mut actions);
-        if let Some(lost_s) = log.lost_program(id, clock.end_time_s()) {
-            let words = format!("its program ended at {}: R starts it again", minutes(lost_s as f32));
-            ui.label(RichText::new(words).color(problem_colour(ui)).size(text_size::ENTRY));
-        }
+        shown.show_head(ui, id, &robot);
         let mut pins = Pins { robot: id, plots: &plots, fields: &fields, commands: &mut commands };
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.set_max_width(width);
-            let there = Objects::there(balls.iter().count(), &pitch, &roster);
-            let cameras = section(ui, "Cameras", true, |ui| {
-                if let Some(camera) = show_cameras(ui, id, &robot, &pictures, &missed, there) {
-                    actions.write(Action::View(ViewPreset::RobotCamera(camera)));
-                }
-                if clock.cycle > 0 && !robot.penalty.is_off_pitch() {
-                    unrecognised::show(ui, &missed.0, game.own_end(id.team), playback.paused);
-                }
-            });
+            let cameras = section(ui, "Cameras", true, |ui| shown.show_cameras(ui, id, &robot));
             opened.set_if_neq(Opened { cameras });
+            let record = shown.current.record.robot(id);
             section(ui, "Senses", true, |ui| show_senses(ui, &robot, record, &mut pins));
-            let sample = samples.robot(clock.cycle, id);
-            let command = record.and_then(|record| record.command.as_ref());
-            section(ui, "Commands", true, |ui| match command {
-                Some(command) => lines(ui, "commands", wording::commands(command, clock.period()), &mut pins),
+            section(ui, "Commands", true, |ui| match record.and_then(|record| record.command.as_ref()) {
+                Some(command) => lines(ui, "commands", wording::commands(command, shown.clock.period()), &mut pins),
                 None => drop(ui.label(dim("Not known for this cycle."))),
             });
-            let error = sample.and_then(|sample| sample.error.as_ref());
-            let own_end = game.own_end(id.team);
+            let error = shown.samples.robot(cycle, id).and_then(|sample| sample.error.as_ref());
+            let own_end = shown.game.own_end(id.team);
             section(ui, "Belief", true, |ui| show_belief(ui, robot.belief, error, own_end, &mut pins));
-            section(ui, "Why", true, |ui| {
-                if intention == Some(DRIVEN) {
-                    ui.label(dim("Driven by hand: not as its behaviour decides.").size(text_size::ENTRY));
-                }
-                show_reasons(ui, &state, (clock.cycle, timeline.is_past(), robot.penalty.is_active()));
-                if let Some(words) = last_kick::refused_now(&current.record, id) {
-                    ui.add(egui::Label::new(RichText::new(words).size(text_size::ENTRY)).wrap());
-                }
-                let kick = last_kick.last_kick((id, clock.cycle), history.bypass_change_detection(), &keyframes, &game);
-                if let Some(wanted) = kick.and_then(|kick| show_kick(ui, kick, &clock)) {
-                    moments.write(TimelineCommand::GoTo(wanted));
-                    playback.paused = true;
-                }
-            });
-            section(ui, "Messages", false, |ui| {
-                let said = command.and_then(|command| command.say.as_ref());
-                show_messages(ui, said, &robot.inbox.0, clock.cycle);
-            });
-            section(ui, "Behaviour", false, |ui| show_state(ui, &state, &mut pins));
+            section(ui, "Why", true, |ui| shown.show_why(ui, id, &robot));
+            let command = shown.current.record.robot(id).and_then(|record| record.command.as_ref());
+            let said = command.and_then(|command| command.say.as_ref());
+            section(ui, "Messages", false, |ui| show_messages(ui, said, &robot.inbox.0, cycle));
+            section(ui, "Behaviour", false, |ui| show_state(ui, &shown.state, &mut pins));
             let hint = "Plots: a click on a value plots it over the match, Q shows them";
             ui.add(egui::Label::new(dim(hint).size(text_size::SMALL)).wrap());
         });
     });
     Ok(())
+}
+
+impl Shown<'_, '_> {
+    /// What the robot does, in the words of its behaviour; `None` if it says nothing.
+    fn intention(&self, id: RobotId) -> Option<&str> {
+        self.current.record.robot(id)?.intention().filter(|intention| !intention.is_empty())
+    }
+
+    fn show_head(&mut self, ui: &mut egui::Ui, id: RobotId, robot: &ShownRobotItem) {
+        let behaviour = match &self.state.0 {
+            Ok(state) => state.name.as_deref(),
+            Err(_) => self.scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
+        };
+        // The current intention may differ from what the name of the behaviour says.
+        let behaviour = behaviour.unwrap_or("no behaviour");
+        let words = match self.intention(id) {
+            Some(intention) => format!("{behaviour}: {intention}"),
+            None => behaviour.to_owned(),
+        };
+        ui.horizontal(|ui| {
+            band(ui, id.team, egui::vec2(12.0, 18.0));
+            ui.label(bright(id.to_string()).size(text_size::TITLE));
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
+                    self.actions.write(Action::Select(SelectionCommand::Nobody));
+                }
+                if ui.small_button("Overlays").on_hover_text("Drawings on the pitch (O)").clicked() {
+                    self.actions.write(Action::Toggle(Switch::Overlays));
+                }
+                // In a narrow panel, the words end before the buttons.
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    ui.add(egui::Label::new(dim(words).size(text_size::IMPORTANT)).truncate());
+                });
+            });
+        });
+        let condition = wording::condition(robot.posture, robot.penalty, &self.clock);
+        ui.label(dim(format!("{}   {}", wording::pose(*robot.pose), condition)).size(text_size::ENTRY));
+        if let Some(lost_s) = self.log.lost_program(id, self.clock.end_time_s()) {
+            let words = format!("its program ended at {}: R starts it again", minutes(lost_s as f32));
+            ui.label(RichText::new(words).color(problem_colour(ui)).size(text_size::ENTRY));
+        }
+    }
+
+    /// Shows the images of the robot's cameras, what was recognised in them, and what was not.
+    fn show_cameras(&mut self, ui: &mut egui::Ui, id: RobotId, robot: &ShownRobotItem) {
+        let there = Objects::there(self.balls.iter().count(), &self.pitch, &self.roster);
+        if let Some(camera) = show_images(ui, id, robot, &self.pictures, &self.missed, there) {
+            self.actions.write(Action::View(ViewPreset::RobotCamera(camera)));
+        }
+        if self.clock.cycle > 0 && !robot.penalty.is_off_pitch() {
+            unrecognised::show(ui, &self.missed.0, self.game.own_end(id.team), self.playback.paused);
+        }
+    }
+
+    /// Shows the reasons of the robot's decision, and its last kick.
+    fn show_why(&mut self, ui: &mut egui::Ui, id: RobotId, robot: &ShownRobotItem) {
+        let cycle = self.clock.cycle;
+        if self.intention(id) == Some(DRIVEN) {
+            ui.label(dim("Driven by hand: not as its behaviour decides.").size(text_size::ENTRY));
+        }
+        show_reasons(ui, &self.state, (cycle, self.timeline.is_past(), robot.penalty.is_active()));
+        if let Some(words) = last_kick::refused_now(&self.current.record, id) {
+            ui.add(egui::Label::new(RichText::new(words).size(text_size::ENTRY)).wrap());
+        }
+        let history = self.history.bypass_change_detection();
+        let kick = self.last_kick.last_kick((id, cycle), history, &self.keyframes, &self.game);
+        if let Some(wanted) = kick.and_then(|kick| show_kick(ui, kick, &self.clock)) {
+            self.moments.write(TimelineCommand::GoTo(wanted));
+            self.playback.paused = true;
+        }
+    }
 }
 
 /// Shows the belief of a robot, with its errors.
@@ -271,42 +325,8 @@ fn lines(ui: &mut egui::Ui, name: &str, lines: Vec<(String, String)>, pins: &mut
     });
 }
 
-fn show_head(
-    ui: &mut egui::Ui,
-    id: RobotId,
-    robot: &ShownRobotItem,
-    (behaviour, intention): (Option<&str>, Option<&str>),
-    clock: &CycleClock,
-    actions: &mut MessageWriter<Action>,
-) {
-    ui.horizontal(|ui| {
-        band(ui, id.team, egui::vec2(12.0, 18.0));
-        ui.label(bright(id.to_string()).size(text_size::TITLE));
-        // The current intention may differ from what the name of the behaviour says.
-        let behaviour = behaviour.unwrap_or("no behaviour");
-        let words = match intention {
-            Some(intention) => format!("{behaviour}: {intention}"),
-            None => behaviour.to_owned(),
-        };
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
-                actions.write(Action::Select(SelectionCommand::Nobody));
-            }
-            if ui.small_button("Overlays").on_hover_text("Drawings on the pitch (O)").clicked() {
-                actions.write(Action::Toggle(Switch::Overlays));
-            }
-            // In a narrow panel, the words end before the buttons.
-            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-                ui.add(egui::Label::new(dim(words).size(text_size::IMPORTANT)).truncate());
-            });
-        });
-    });
-    let condition = wording::condition(robot.posture, robot.penalty, clock);
-    ui.label(dim(format!("{}   {}", wording::pose(*robot.pose), condition)).size(text_size::ENTRY));
-}
-
 /// Shows the images of the robot's cameras and what was recognised in them. Returns the camera that was clicked.
-fn show_cameras(
+fn show_images(
     ui: &mut egui::Ui,
     id: RobotId,
     robot: &ShownRobotItem,
