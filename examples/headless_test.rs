@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn it_walks_back_from_whoever_comes_near() {
+    fn it_walks_back_from_robots_that_come_near() {
         let place = place_after_two_seconds(VISITOR);
         assert!((-0.2..-0.05).contains(&place.x), "{place}");
     }

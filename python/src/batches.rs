@@ -16,17 +16,17 @@ use crate::errors::scenario_error;
 use crate::simulator::{self, Made, setting, simulator};
 use crate::values::{Digits, from_python, to_python};
 
-/// A batch that was played. Python has its documentation where it wraps this.
+/// A finished batch. The Python class that wraps it has the documentation.
 #[pyclass(frozen, module = "naoisis._naoisis")]
 pub struct Batch {
     batch: batch::Batch<Sweep>,
-    /// In the order of the matches.
+    /// The rows of the table, in the order of the matches.
     rows: Vec<MatchRow>,
 }
 
 #[pymethods]
 impl Batch {
-    /// Plays a batch, unless Python is interrupted: the matches under way are finished then.
+    /// Plays a batch. When Python is interrupted, the running matches are finished, and no more begin.
     #[new]
     fn new(
         py: Python<'_>,
@@ -80,7 +80,7 @@ impl Batch {
         self.rows.len()
     }
 
-    /// The table, as a file of it is.
+    /// The table as CSV.
     fn table(&self) -> String {
         table_text(&self.batch, &self.rows)
     }
@@ -90,7 +90,7 @@ impl Batch {
         self.batch.variants.columns()
     }
 
-    /// What each combination of settings comes to: its settings, and the summary.
+    /// Each combination of settings with its summary.
     fn summaries<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let list = PyList::empty(py);
         for variant in 0..self.batch.variants.count() {

@@ -1,4 +1,4 @@
-//! Exceptions: those of Rust as the package's own, with the place of what is wrong.
+//! Converts errors of the Rust library to the package's exceptions, with file, line and column.
 
 use naoisis::cycle::CyclePanic;
 use naoisis::record::read::TraceError;
@@ -12,7 +12,7 @@ use pyo3::types::PyType;
 /// The module in which the exceptions are defined.
 const MODULE: &str = "naoisis.errors";
 
-/// A scenario that is wrong, with the file, line, column and field, and what was expected.
+/// The exception for an invalid scenario, with file, line, column, field and what was expected.
 pub fn scenario_error(py: Python<'_>, error: &ScenarioError) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let field = error.path().map(ToString::to_string).filter(|field| !field.is_empty());
@@ -22,7 +22,7 @@ pub fn scenario_error(py: Python<'_>, error: &ScenarioError) -> PyErr {
     }))
 }
 
-/// A trace that cannot be read, with the file, line and column.
+/// The exception for a trace that cannot be read, with file, line and column.
 pub fn trace_error(py: Python<'_>, error: &TraceError) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let (path, place) = match error {
@@ -39,13 +39,13 @@ pub fn trace_error(py: Python<'_>, error: &TraceError) -> PyErr {
     )
 }
 
-/// A snapshot that is none, or cannot be taken.
+/// The exception for a snapshot that cannot be read or taken.
 pub fn snapshot_error(py: Python<'_>, message: &str) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     made(CLASS.import(py, MODULE, "SnapshotError").and_then(|class| class.call1((shortened(message),))))
 }
 
-/// A match that cannot do what it is asked to.
+/// The exception for a request that a match cannot carry out.
 pub fn match_error(py: Python<'_>, message: &str) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     made(CLASS.import(py, MODULE, "MatchError").and_then(|class| class.call1((shortened(message),))))
@@ -61,7 +61,7 @@ pub fn of_panic(py: Python<'_>, panic: &CyclePanic) -> PyErr {
     match_error(py, &panic.to_string())
 }
 
-/// The exception that was made, or what went wrong while it was.
+/// The exception, or the error from constructing it.
 fn made(exception: PyResult<Bound<'_, PyAny>>) -> PyErr {
     match exception {
         Ok(exception) => PyErr::from_value(exception),

@@ -18,7 +18,7 @@ mod steps;
 mod traces;
 mod values;
 
-/// Carries out a command line. Its exit status.
+/// Runs a command line and returns its exit status.
 #[pyfunction]
 fn command(py: Python<'_>, words: Vec<OsString>) -> u8 {
     let status = py.detach(|| naoisis::cli::run_with(words, |_| {}));

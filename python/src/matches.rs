@@ -1,4 +1,4 @@
-//! One match, for Python: played, looked at, saved.
+//! One match: playing it, reading its state, saving it.
 
 use naoisis::agents::{self, AgentError, CommandError, RobotCommand};
 use naoisis::camera_model::{CameraName, NotACameraName};
@@ -30,14 +30,14 @@ use crate::played::Played;
 use crate::simulator::{self, Made, controlled, robot_id};
 use crate::values::{Digits, from_python, to_python};
 
-/// A match. Python has its documentation where it wraps this.
+/// A match. The Python class that wraps it has the documentation.
 #[pyclass(frozen, module = "naoisis._naoisis")]
 pub struct Match(Mutex<Played>);
 
-/// Cycles of a step between two looks at whether Python was interrupted.
+/// The number of cycles between two checks for an interrupt of Python.
 const CYCLES_PER_SIGNAL: u64 = 64;
 
-/// Each robot's command.
+/// The command of each robot in a dictionary.
 fn commands_of(commands: &Bound<'_, PyDict>) -> PyResult<Vec<(RobotId, RobotCommand)>> {
     let command_of = |(robot, command): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let robot: String = robot.extract()?;
@@ -58,7 +58,7 @@ fn agent_error(py: Python<'_>, error: AgentError) -> PyErr {
     match_error(py, &error.to_string())
 }
 
-/// Returns the camera with a name, `None` for a robot's first.
+/// The camera with the name `word`; `None` for a robot's first camera.
 fn camera_named(word: Option<&str>) -> PyResult<Option<CameraName>> {
     let named = word.map(|word| word.parse().map_err(|error: NotACameraName| PyValueError::new_err(error.to_string())));
     named.transpose()
@@ -80,7 +80,7 @@ fn array<'py, T: numpy::Element>(
 }
 
 impl Match {
-    /// Has something done with the match, which nobody else may be playing meanwhile.
+    /// Calls `act` with the match. Fails if another thread is playing it.
     fn with<T>(&self, py: Python<'_>, act: impl FnOnce(&mut Played) -> PyResult<T>) -> PyResult<T> {
         match self.0.try_lock() {
             Ok(mut played) => {
@@ -135,13 +135,13 @@ impl Match {
         })
     }
 
-    /// The robots that are decided for from outside.
+    /// The robots that Python commands.
     #[getter]
     fn control(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.with(py, |played| Ok(played.control().iter().map(ToString::to_string).collect()))
     }
 
-    /// Plays so many cycles with these commands: walking goes on in all of them, the rest is for the first.
+    /// Plays `cycles` cycles with these commands: robots walk in all of them; everything else is commanded in the first.
     fn step(&self, py: Python<'_>, commands: &Bound<'_, PyDict>, cycles: u64) -> PyResult<()> {
         let commands = commands_of(commands)?;
         self.with(py, |played| {
@@ -174,7 +174,7 @@ impl Match {
         })
     }
 
-    /// Plays up to so many cycles, or to the end, unless Python is interrupted. How many there were.
+    /// Plays up to `most` cycles, until the match ends or Python is interrupted. Returns the number of cycles played.
     fn play(&self, py: Python<'_>, most: u64) -> PyResult<u64> {
         self.with(py, |played| {
             played.events.clear();
@@ -299,7 +299,7 @@ impl Match {
     }
 
     fn field_image<'py>(&self, py: Python<'py>, width: u32, height: u32) -> PyResult<Bound<'py, PyAny>> {
-        /// Larger pictures are nobody's.
+        /// The greatest width and height of a picture, pixels.
         const LARGEST: u32 = 8192;
 
         if !(1..=LARGEST).contains(&width) || !(1..=LARGEST).contains(&height) {
@@ -314,7 +314,7 @@ impl Match {
         array(py, image.rgb, [image.width, image.height], 3)
     }
 
-    /// Writes the match down from now on.
+    /// Records the match from now on.
     fn record(
         &self,
         py: Python<'_>,
@@ -354,12 +354,12 @@ impl Match {
         })
     }
 
-    /// The page of the match up to now, if one is or was recorded.
+    /// The page of the match so far, if one is or was recorded.
     fn page(&self, py: Python<'_>) -> PyResult<Option<String>> {
         self.with(py, |played| Ok(played.page.as_ref().map(PageSoFar::html)))
     }
 
-    /// Ends what is being recorded. What the records have to say.
+    /// Ends all recordings and returns their notes.
     fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.with(py, |played| {
             let reason = match played.world.resource::<Game>().state {

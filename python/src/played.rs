@@ -1,4 +1,4 @@
-//! One match as it is played: its world, and what was last seen of it.
+//! A running match: its world, recent events and renderer.
 
 use bevy::ecs::world::World;
 use naoisis::agents;
@@ -23,22 +23,22 @@ use std::time::{Duration, Instant};
 
 use crate::errors::match_error;
 
-/// How long a match goes on before Python may see whether it was interrupted.
+/// The time between two checks for an interrupt of Python.
 const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
-/// Cycles between two looks at the wall clock.
+/// The number of cycles between two readings of the wall clock.
 const CYCLES_PER_LOOK: u64 = 8;
 
-/// The match, and what was last seen of it.
+/// A running match.
 pub struct Played {
     pub world: World,
     pub renderer: MatchRenderer,
-    /// The cycle that the renderer has looked at.
+    /// The cycle of the renderer's state.
     seen: Option<u64>,
-    /// What has happened since the last call began, and when, s.
+    /// Times, s, and events since the last call began.
     pub events: Vec<(f64, MatchEvent)>,
-    /// The page of it that is being recorded, or was.
+    /// The page that is or was recorded.
     pub page: Option<PageSoFar>,
-    /// The panic that ended it.
+    /// The panic that ended the match.
     pub panic: Option<String>,
 }
 
@@ -47,7 +47,7 @@ impl Played {
         Self { world, renderer: MatchRenderer::default(), seen: None, events: Vec::new(), page: None, panic: None }
     }
 
-    /// Cycles that are over: of the one under way robots have perceived, and nothing else has happened in it.
+    /// The number of finished cycles. In an unfinished one, robots have perceived, and nothing else has happened.
     pub fn cycle(&self) -> u64 {
         self.world.resource::<CycleClock>().cycle - u64::from(self.is_under_way())
     }
@@ -56,12 +56,12 @@ impl Played {
         self.cycle() as f64 * self.world.resource::<CycleClock>().period_s
     }
 
-    /// Whether robots have perceived what they have not acted upon yet.
+    /// Whether robots have perceived in a cycle and not acted yet.
     fn is_under_way(&self) -> bool {
         *self.world.resource::<PendingHalf>() == PendingHalf::Act
     }
 
-    /// The robots that Python decides for: no program does.
+    /// The robots that Python commands, and no program.
     pub fn control(&self) -> Vec<RobotId> {
         let roster = self.world.resource::<Roster>();
         let has_program =
@@ -69,7 +69,7 @@ impl Played {
         agents::remote_robots(&self.world).into_iter().filter(|id| !has_program(id)).collect()
     }
 
-    /// Where robots are decided for from outside, lets all perceive what the next commands will answer.
+    /// Runs the sensors of the next cycle, so that Python can answer with commands. Does nothing in a match without robots that Python commands.
     pub fn perceive(&mut self) {
         if !self.is_under_way() && !self.is_finished() && !self.control().is_empty() {
             // The record of the cycle that is over, before the next one begins.
@@ -78,12 +78,12 @@ impl Played {
         }
     }
 
-    /// The record of the cycle that is over.
+    /// The record of the last finished cycle.
     pub fn record(&mut self) -> &CycleRecord {
         if self.is_under_way() { &self.world.resource::<CurrentRecord>().record } else { record_now(&mut self.world) }
     }
 
-    /// Whether the final whistle has gone, or the scenario's time is over.
+    /// Whether the match has ended, or the time of the scenario is over.
     pub fn is_finished(&self) -> bool {
         let last_cycle = self.world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
         self.world.resource::<Game>().state == GameState::Finished
@@ -94,7 +94,7 @@ impl Played {
         self.world.get_resource::<Recorders>().is_some_and(Recorders::has_failed)
     }
 
-    /// Plays up to `most` cycles, until the match is over, or for a moment. How many there were.
+    /// Plays up to `most` cycles, until the match ends or it is time to check for an interrupt. Returns the number of cycles played.
     pub fn play(&mut self, most: u64) -> Result<u64, naoisis::cycle::CyclePanic> {
         let until = Instant::now() + BETWEEN_SIGNALS;
         let mut cycles = 0;
@@ -122,7 +122,7 @@ impl Played {
         })
     }
 
-    /// Returns the picture of a robot's `camera`, `None` for its first: the newest one if it has these layers, else a new one.
+    /// The picture of a robot's `camera` (`None`: its first): the newest one if it has these layers, otherwise a new one.
     pub fn picture(
         &mut self,
         py: Python<'_>,
@@ -152,7 +152,7 @@ impl Played {
         image.ok_or_else(|| match_error(py, &format!("the robot `{id}` is not on the pitch, and sees nothing")))
     }
 
-    /// Lets the renderer look at the match as it is.
+    /// Updates the renderer to the current state of the match.
     pub fn look(&mut self) {
         let now = Some(self.cycle());
         if self.seen != now {

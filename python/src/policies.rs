@@ -1,4 +1,4 @@
-//! Learned policies, computed as in a match.
+//! Learned policies, evaluated as in a match.
 
 use naoisis::environment::ActionKind;
 use naoisis::policy::{Choice, LoadedPolicy};
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use crate::values::{Digits, to_python};
 
-/// A policy and its layout. Python has its documentation where it is wrapped.
+/// A policy and its layout. The Python class that wraps it has the documentation.
 #[pyclass(frozen, module = "naoisis._naoisis")]
 pub struct Policy(LoadedPolicy);
 
@@ -21,12 +21,12 @@ impl Policy {
         read.map(Self).map_err(|error| PyValueError::new_err(error.to_string()))
     }
 
-    /// The layout, as its file has it.
+    /// The layout, as in its JSON file.
     fn layout<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, self.0.layout(), Digits::All)
     }
 
-    /// How many choices each list has; nothing for a continuous action.
+    /// The number of choices in each list; empty for a continuous action.
     fn choices(&self) -> Vec<usize> {
         let space = self.0.layout().actions();
         match space.kind() {
@@ -35,12 +35,12 @@ impl Policy {
         }
     }
 
-    /// How many numbers an action has.
+    /// The number of numbers of an action.
     fn numbers(&self) -> usize {
         self.0.layout().actions().len()
     }
 
-    /// Whether choices are drawn.
+    /// Whether choices are drawn at random by their probabilities.
     fn draws(&self) -> bool {
         self.0.layout().choice == Choice::Drawn
     }

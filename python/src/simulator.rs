@@ -1,4 +1,4 @@
-//! Worlds to play in, and what is played in them.
+//! Simulators, and the scenarios that they play.
 
 use bevy::app::App;
 use bevy::ecs::world::World;
@@ -17,11 +17,11 @@ use std::path::PathBuf;
 use crate::errors::scenario_error;
 use crate::values::from_python;
 
-/// A simulator with the built-in behaviours and teams, and programs as players; no match.
+/// A simulator with the built-in behaviours and teams, and programs as players, without a match.
 pub fn simulator() -> App {
     let mut app = App::new();
     app.add_plugins((RecordPlugin, NaoisisPlugins, AgentsPlugin, PolicyPlugin));
-    // Python has the threads: whoever forks a process finds none of ours in it.
+    // Threads are Python's: a forked process would not have those of Bevy.
     app.insert_resource(SensingThreads(1));
     // Nothing runs this app, which would do so.
     app.finish();
@@ -29,18 +29,18 @@ pub fn simulator() -> App {
     app
 }
 
-/// The world of a simulator: unlike the app it may go from thread to thread.
+/// The world of a simulator. Unlike an `App`, it can be sent to another thread.
 pub fn world() -> World {
     core::mem::take(simulator().world_mut())
 }
 
-/// What a match is made of: a dictionary with these keys.
+/// The options of a match: a dictionary with these keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Made<'py> {
     /// A built-in scenario's name, a file's path, or the scenario itself as a dictionary.
     pub scenario: Bound<'py, PyAny>,
-    /// Instead of the scenario's.
+    /// The seed, instead of the scenario's.
     pub seed: Option<u64>,
     /// Fields of the scenario, and their values.
     pub set: Option<Bound<'py, PyDict>>,
@@ -48,22 +48,22 @@ pub struct Made<'py> {
     pub blue: Option<String>,
     /// The name of a team.
     pub pink: Option<String>,
-    /// The word for how much of a real robot there is.
+    /// The level of realism, such as `realistic`, instead of the scenario's.
     pub realism: Option<String>,
 }
 
 impl Made<'_> {
-    /// The scenario, with all that is to be otherwise.
+    /// The scenario with all options applied.
     pub fn file(&self, py: Python<'_>) -> PyResult<ScenarioFile> {
         self.file_at(py, self.realism.as_deref())
     }
 
-    /// The scenario at a level of realism, with all else that is to be otherwise.
+    /// The scenario at the level `realism`, with all other options applied.
     pub fn file_at(&self, py: Python<'_>, realism: Option<&str>) -> PyResult<ScenarioFile> {
         self.changed(py, &self.unchanged(py)?, realism)
     }
 
-    /// A scenario at a level of realism, with all else that is to be otherwise.
+    /// The scenario `file` at the level `realism`, with all other options applied.
     pub fn changed(&self, py: Python<'_>, file: &ScenarioFile, realism: Option<&str>) -> PyResult<ScenarioFile> {
         let mut settings = Vec::new();
         if let Some(word) = realism {
@@ -108,7 +108,7 @@ impl Made<'_> {
     }
 }
 
-/// A setting that is laid over a scenario; the value is JSON.
+/// A setting that replaces a field of a scenario. `value` is JSON.
 pub fn setting(path: &str, value: &str) -> PyResult<Setting> {
     let fault = |_| {
         let message = format!("set: {path:?} is no field; expected one such as 'messages.loss' or 'robots[0].number'");
@@ -125,13 +125,13 @@ pub fn start(py: Python<'_>, world: &mut World, file: &ScenarioFile) -> PyResult
     start_match(world, &file.scenario).map_err(|fault| scenario_error(py, &file.source.error(&fault)))
 }
 
-/// A robot such as `blue2`.
+/// The robot that `word` names, such as `blue2`.
 pub fn robot_id(word: &str) -> PyResult<RobotId> {
     word.parse().map_err(|error: NotARobotId| PyValueError::new_err(error.to_string()))
 }
 
-/// The scenario with the robots of these names controlled from outside, and who they are, in their order. The name of a team
-/// stands for all of its robots.
+/// The scenario with the robots that `words` name commanded by Python, and their ids in order. The name of a team stands for all
+/// of its robots.
 pub fn controlled(world: &World, scenario: &Scenario, words: &[String]) -> PyResult<(Scenario, Vec<RobotId>)> {
     let everybody = resolved(world, scenario).robots;
     let mut control = Vec::new();

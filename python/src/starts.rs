@@ -1,4 +1,4 @@
-//! What episodes start from: a scenario or a challenge, who is controlled in it, against whom, and what a reset changes of it.
+//! The start of episodes: a scenario or a challenge, the controlled robots, their opponents, and the changes by a reset.
 
 use naoisis::environment::challenge::{ChallengeError, Situation, SituationError};
 use naoisis::environment::{
@@ -15,44 +15,44 @@ use crate::errors::{scenario_error, snapshot_error};
 use crate::simulator::{self, Made, controlled, setting};
 use crate::values::from_python;
 
-/// What the episodes of an environment start from, as long as a reset says nothing else.
+/// The start of an environment's episodes, without the changes by a reset.
 pub struct Origin {
-    /// The same scenario for each level of realism, and against each of the opponents: at least one.
+    /// The scenario at each level of realism and against each of the opponents, at least one.
     files: Vec<ScenarioFile>,
     /// The fields that are drawn for each episode.
     draws: Vec<Draw>,
-    /// What is observed.
+    /// The form of observations.
     form: ObservationForm,
-    /// Who is controlled: robots and teams.
+    /// The controlled robots, by name or team.
     words: Vec<String>,
     situation: Situation,
 }
 
-/// What a reset wants of the episodes that it begins: a dictionary with these keys.
+/// The options of a reset, which change the episodes from it on: a dictionary with these keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Changes<'py> {
     /// Fields of the scenario, and their values.
     set: Option<Bound<'py, PyDict>>,
-    /// Where things stand.
+    /// The start areas of ball and robots.
     situation: Option<Bound<'py, PyDict>>,
-    /// A moment of a match.
+    /// The saved state of a match.
     snapshot: Option<Vec<u8>>,
-    /// The fields that are drawn, instead of those of the environment.
+    /// The fields to draw, instead of the environment's.
     draws: Option<Vec<DrawnField<'py>>>,
 }
 
-/// A field that is drawn for each episode, whether its values are the two ends of a range, and its values.
+/// A field to draw for each episode: its path, whether its values are the two ends of a range, and its values.
 pub type DrawnField<'py> = (String, bool, Bound<'py, PyList>);
 
-/// What episodes start from, who is controlled in them, and the entries of the first robot's observation in each of their scenarios.
+/// The start of episodes, the controlled robots, and the observation entries of the first of them in each scenario.
 pub struct Starts {
     pub start: Start,
     pub control: Vec<RobotId>,
     pub entries: Vec<Vec<ObservationEntry>>,
 }
 
-/// The fields that are drawn, and their values.
+/// The fields to draw and their values.
 pub fn draws_of(fields: &[DrawnField<'_>]) -> PyResult<Vec<Draw>> {
     let draw = |(field, is_range, values): &DrawnField<'_>| {
         let values = if *is_range {
@@ -66,7 +66,7 @@ pub fn draws_of(fields: &[DrawnField<'_>]) -> PyResult<Vec<Draw>> {
     fields.iter().map(draw).collect()
 }
 
-/// The scenario at a level of realism, and what a challenge adds to it.
+/// The scenario at the level `realism`, and the challenge if it is one.
 pub fn scenario_of(
     py: Python<'_>,
     made: &Made<'_>,
@@ -92,7 +92,7 @@ pub fn scenario_of(
 }
 
 impl Origin {
-    /// Episodes of a scenario at each level of realism, against its own opponents or one of those that `others` line up instead.
+    /// Creates the start of episodes from `levels`, the scenario at each level of realism. `others` are the sides and names of further opponents.
     pub fn new(
         py: Python<'_>,
         levels: Vec<ScenarioFile>,
@@ -120,7 +120,7 @@ impl Origin {
         &self.files[0].scenario
     }
 
-    /// What episodes start from.
+    /// The start of episodes before any reset.
     pub fn start(&self, py: Python<'_>) -> PyResult<Starts> {
         self.start_of(py, self.files.clone(), self.situation.clone(), self.draws.clone())
     }
@@ -130,14 +130,14 @@ impl Origin {
         &self.files[0]
     }
 
-    /// The entries of the observation of the robot `id` in a scenario.
+    /// The observation entries of robot `id` in the scenario `file`.
     pub fn entries(&self, py: Python<'_>, file: &ScenarioFile, id: RobotId) -> PyResult<Vec<ObservationEntry>> {
         let mut world = simulator::world();
         simulator::start(py, &mut world, file)?;
         Ok(observation::entries(self.form, &world, id))
     }
 
-    /// What episodes start from after a reset that wants something else.
+    /// The start of episodes after a reset with `changes`.
     pub fn changed(&self, py: Python<'_>, changes: &Changes<'_>) -> PyResult<Start> {
         if let Some(bytes) = &changes.snapshot {
             let snapshot = Snapshot::from_bytes(bytes, &simulator::world());

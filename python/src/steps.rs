@@ -25,7 +25,7 @@ pub struct Filled<'py> {
     pub final_states: Bound<'py, PyArrayDyn<f32>>,
 }
 
-/// Writes to an array while nobody else does.
+/// Borrows an array for writing. Fails if it is borrowed elsewhere.
 pub fn written<'py, T: numpy::Element>(
     array: &Bound<'py, PyArrayDyn<T>>,
     name: &str,
@@ -33,7 +33,7 @@ pub fn written<'py, T: numpy::Element>(
     array.try_readwrite().map_err(|error| PyValueError::new_err(format!("{name}: {error}")))
 }
 
-/// The memory of an array of so many numbers.
+/// The numbers of an array. Fails unless it has `length` of them, in C order.
 pub fn slice<'a, T: numpy::Element>(
     array: &'a mut PyReadwriteArrayDyn<'_, T>,
     name: &str,
@@ -51,16 +51,16 @@ pub fn slice<'a, T: numpy::Element>(
     Err(PyValueError::new_err(format!("{name}: the array has {} numbers; expected {length}", slice.len())))
 }
 
-/// Plays a step. A long one is broken off where Python is interrupted.
+/// Plays a step. An interrupt of Python ends a long step early.
 pub fn step(
     py: Python<'_>,
     worlds: &mut Environments,
     actions: &[f32],
     arrays: Arrays,
 ) -> PyResult<Result<(), EnvironmentError>> {
-    /// From so many cycles on a step takes a good part of a second, and is played on a thread of its own.
+    /// The number of cycles from which on a step takes a considerable part of a second and is played on another thread.
     const LONG: usize = 10_000;
-    /// How often Python may see whether it was interrupted.
+    /// The time between two checks for an interrupt of Python.
     const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
 
     if worlds.worlds().saturating_mul(worlds.settings().cycles_per_step as usize) < LONG {

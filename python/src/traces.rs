@@ -1,4 +1,4 @@
-//! Traces, read as columns or line by line.
+//! Reading traces, as columns or line by line.
 
 use naoisis::behaviour::BehaviourRegistry;
 use naoisis::belief::{Belief, point_pitch_from_team};
@@ -20,11 +20,11 @@ use crate::errors::trace_error;
 use crate::simulator::world;
 use crate::values::{Digits, to_python};
 
-/// Lines between two looks at whether Python was interrupted.
+/// The number of lines between two checks for an interrupt of Python.
 const LINES_PER_SIGNAL: usize = 1000;
 
-/// A quantity of a robot: its name, the parts of a trace that it needs, how many numbers it has, and where they are. The end is
-/// the one that the robot's team defends.
+/// A quantity of a robot: its name, the parts of a trace that it needs, how many numbers it has, and how they are read. The end
+/// is the one that the robot's team defends.
 struct Quantity {
     name: &'static str,
     parts: &'static [&'static str],
@@ -32,7 +32,7 @@ struct Quantity {
     of: fn(&RobotRecord, End, &mut Vec<f32>),
 }
 
-/// What a robot's columns are. A quantity that is not there is not a number.
+/// The columns of a robot. Missing quantities are NaN.
 const QUANTITIES: [Quantity; 14] = [
     Quantity { name: "pose", parts: &["robots.pose"], numbers: 3, of: |robot, _, row| row.extend(pose(robot.pose)) },
     Quantity {
@@ -145,7 +145,7 @@ struct RobotColumns {
     columns: [Vec<f32>; QUANTITIES.len()],
 }
 
-/// What there is of a trace, one entry a line.
+/// The columns of a trace, with one entry for each line.
 #[derive(Default)]
 struct Columns {
     cycle: Vec<u64>,
@@ -210,14 +210,14 @@ impl Columns {
     }
 }
 
-/// An array of rows of so many numbers.
+/// A two-dimensional array with `numbers` values in each row.
 fn table<'py, T: numpy::Element>(py: Python<'py>, values: Vec<T>, numbers: usize) -> PyResult<Bound<'py, PyAny>> {
     let rows = values.len() / numbers;
     let flat = PyArray1::from_vec(py, values);
     Ok(if numbers == 1 { flat.into_any() } else { flat.reshape([rows, numbers])?.into_any() })
 }
 
-/// Reads a trace: its columns, its scenario, its events with their times, and how it ends.
+/// Reads a trace: its columns, its scenario, its events with their times, and its end.
 #[pyfunction]
 pub fn read_trace<'py>(
     py: Python<'py>,
@@ -247,8 +247,8 @@ pub fn read_trace<'py>(
     Ok((columns.into_python(py, reader.fields())?, scenario, happened, ending))
 }
 
-/// Reads a trace as tables: for each a dictionary of its columns. Missing numbers are not a number, and missing texts None; a
-/// column of whole numbers has no missing ones, or is one of numbers.
+/// Reads a trace as tables, each a dictionary of its columns. Missing numbers are NaN, missing texts `None`. A column of integers
+/// with missing values becomes one of floats.
 #[pyfunction]
 pub fn read_tables(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let failed = |error| trace_error(py, &error);

@@ -1,4 +1,4 @@
-//! Values between Rust and Python: dictionaries, lists and numbers in the words of traces and scenario files.
+//! Conversion between Python values and the JSON of traces and scenario files.
 
 use naoisis::interface::trace_numbers::shortest_json;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -7,19 +7,19 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde::Serialize;
 use serde_json::{Map, Number, Value};
 
-/// Nothing that is read is nested deeper.
+/// The greatest depth of nested values.
 const DEEPEST: usize = 100;
 
-/// How many digits the numbers of a Python value have.
+/// The digits of numbers in a Python value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Digits {
-    /// As many as a line of a trace has.
+    /// As in a line of a trace.
     Lean,
-    /// All that there are.
+    /// All digits.
     All,
 }
 
-/// The value as Python has it: as `json.loads` reads it in a trace.
+/// Converts `value` to what `json.loads` would return for it in a trace.
 pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize, digits: Digits) -> PyResult<Bound<'py, PyAny>> {
     let text = match digits {
         Digits::Lean => shortest_json(value),
@@ -29,8 +29,7 @@ pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize, digits: Digits) -
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// A value of a scenario or command out of what Python has: dictionaries, sequences, texts, numbers and arrays. `name` is what
-/// errors call it.
+/// Converts a Python value (dictionaries, sequences, strings, numbers, arrays) to JSON. Errors call it `name`.
 pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     read(value, name, 0)
 }

@@ -39,7 +39,7 @@ def test_commands_play_the_match_that_a_script_plays(tmp_path):
             commanded.step({"blue1": command})
     lines = [[json.loads(line) for line in trace.read_text().splitlines()[1:-1]] for trace in traces]
     for of_script, of_commands in zip(*lines):
-        # The built-in estimator runs for whoever is commanded.
+        # The built-in estimator runs for commanded robots.
         of_commands["robots"][0]["belief"] = of_script["robots"][0]["belief"]
     assert lines[0] == lines[1] and len(lines[0]) == 41
 

@@ -1,5 +1,4 @@
-//! What is added is also where its readers look for it: examples and commands are in the README and the guide, and a page leads
-//! to each room.
+//! Additions are documented: examples and commands are in the README and the guide, and the guide has a page on each area.
 
 use std::path::{Path, PathBuf};
 

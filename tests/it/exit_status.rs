@@ -122,7 +122,7 @@ fn what_cannot_be_printed_or_written_fails_by_name() {
 
 #[cfg(unix)]
 #[test]
-fn whoever_closes_the_pipe_has_seen_enough() {
+fn a_closed_pipe_ends_a_command_without_an_error() {
     let folder = folder();
     for line in [
         "--help",

@@ -74,7 +74,7 @@ fn scenarios_expect_things_of_themselves_and_a_check_plays_them() {
     let junit = fs::read_to_string(folder.path().join("tests.xml")).unwrap();
     assert!(junit.contains("<testsuites name=\"naoisis\" tests=\"3\" failures=\"1\" errors=\"0\">"), "{junit}");
     assert!(junit.contains("<testsuite name=\"bad.json\" tests=\"1\" failures=\"1\" errors=\"0\">"), "{junit}");
-    // Whoever reads only the report learns of files that are wrong or missing.
+    // The report alone names files that are wrong or missing.
     for (wrong, words) in
         [("wrong.json", "it compares nothing"), ("absent.json", "there is no robot `blue7`"), ("no.json", "no.json")]
     {

@@ -281,7 +281,7 @@ fn a_real_gamecontroller_stops_a_match_briefly() {
 
 #[test]
 fn without_being_asked_for_no_truth_leaves_a_match() {
-    // A match that tells, and one that listens: whoever asks, at either port, hears nothing that is for monitors.
+    // A match that tells, and one that listens: a request at either port is not answered with what is for monitors.
     let scenario = r#"{ "rules": "spl2025", "teams": { "blue": "chasers", "pink": "chasers" } }"#;
     let (offset, control) = free_ports();
     let told = told_match(scenario, settings(ProtocolVersion::V18, offset));

@@ -1,6 +1,6 @@
 //! Every built-in scenario plays as it did before: the digests in `tests/golden/digests.txt`.
 //!
-//! A change that is meant to alter matches, or what traces say of them, writes that file anew, in a commit of its own that
+//! A change that is meant to alter matches, or what traces say of them, writes that file again, in a commit of its own that
 //! says why: `NAOISIS_WRITE_GOLDEN=1 cargo test --no-default-features --test it golden`. A change of the trace's words alone
 //! leaves the column of the truth as it is.
 
@@ -46,7 +46,7 @@ fn built_in_scenarios_play_as_they_did() {
         .collect();
     assert!(
         changed.is_empty() && RECORDED.lines().count() == played.lines().count(),
-        "matches are not what they were. If that is meant, write tests/golden/digests.txt anew, as tests/it/golden.rs \
+        "matches are not what they were. If that is meant, write tests/golden/digests.txt again, as tests/it/golden.rs \
          says, in a commit that says why:\n{}",
         changed.join("\n")
     );

@@ -56,7 +56,7 @@ fn by_images_a_match_is_the_same_on_any_number_of_threads() {
 
 #[test]
 fn a_match_without_images_is_the_same_with_them() {
-    // Images are for the eye of whoever asked for them; nothing else depends on them.
+    // Nothing depends on images that are only to be looked at.
     let [without, with] = ["off", "software"].map(|render| {
         let mut scenario = Scenario::named("match3v3").unwrap();
         (scenario.settings.cameras.width, scenario.settings.cameras.height) = (40, 30);

@@ -1,4 +1,4 @@
-//! What whoever runs a match does to it, by command, while it runs.
+//! Commands that change a running match.
 
 use bevy::math::Vec2;
 use naoisis::prelude::*;

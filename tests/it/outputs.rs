@@ -107,7 +107,7 @@ fn on_a_full_disk_what_was_there_stays() {
 
 #[cfg(unix)]
 #[test]
-fn whoever_is_killed_leaves_the_earlier_file_and_what_there_is_of_the_new_one() {
+fn a_killed_command_leaves_the_earlier_file_and_the_part_of_the_new_one() {
     let folder = folder_with_a_scenario();
     let trace = folder.path().join("t.jsonl");
     fs::write(&trace, "precious").unwrap();

@@ -102,7 +102,7 @@ fn check(name: &str, scenario: &Scenario) -> BTreeMap<String, u64> {
                 MatchEvent::PenaltyOver { robot, .. } => removed.retain(|other| other != robot),
                 MatchEvent::Kick { robot, result, .. } => {
                     let acts = *result != naoisis::events::KickResult::Missed;
-                    // Whoever was penalised before this cycle does not act in it.
+                    // A robot that was penalised before this cycle does not act in it.
                     assert!(!acts || !was_away(&app, *robot), "{at}: {robot} kicks while it is away");
                 }
                 _ => {}
@@ -166,7 +166,7 @@ fn check(name: &str, scenario: &Scenario) -> BTreeMap<String, u64> {
     }
     if rules.clock && rules.mercy_goals.is_none_or(|most| goals[0].abs_diff(goals[1]) < most) {
         let whole = rules.halves as f32 * half_s * cycles_per_s;
-        // The last cycle of a half is that in which its clock comes to nought, and the next half's is set.
+        // The last cycle of a half is that in which its clock reaches zero, and the next half's is set.
         assert!((played as f32 - whole).abs() <= 2.0, "{name}, seed {seed}: {played} of {whole} cycles");
     }
     kinds

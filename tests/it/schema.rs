@@ -144,7 +144,7 @@ fn printed_schema(folder: &Path) -> Value {
 
 #[test]
 #[cfg(unix)]
-fn what_is_said_is_as_the_schema_says_whoever_says_it() {
+fn messages_from_any_source_are_as_the_schema_says() {
     let folder = tempfile::tempdir().unwrap();
     let schema = printed_schema(folder.path());
     let here = |name: &str| folder.path().join(name);

@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 use crate::programs::path_of;
 
 #[test]
-fn whoever_connects_plays_the_match_of_whoever_is_started() {
+fn programs_that_connect_play_in_the_match_that_was_started() {
     let folder = tempfile::tempdir().unwrap();
     let play = |team: &str, listen: &[&str], trace: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_naoisis"));

@@ -178,7 +178,7 @@ fn the_kick_off_is_a_pass_and_the_opponents_keep_off_the_circle_until_then() {
 }
 
 #[test]
-fn whoever_lost_the_ball_finds_it_again() {
+fn a_robot_that_lost_the_ball_finds_it_again() {
     // Behind the robot, and out of the sight of the cameras.
     let mut app = match_of(
         r#"{ "rules": "free", "ball": { "position_m": [-1.5, 0.3] },

@@ -7,7 +7,7 @@ const MOST_MARKS = 2048;
 
 export const points = (places) => new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(places), 3));
 
-/** Marks on the ground and above it: ellipses, rings, lines and dots, made anew for every picture. */
+/** Marks on the ground and above it: ellipses, rings, lines and dots, created for every frame. */
 export class Marks {
   constructor(root) {
     const flat = (inner) => {

@@ -29,7 +29,7 @@ use crate::messages::{
 use crate::reach::Reach;
 use crate::vision::Vision;
 
-/// The error that nobody can be heard on DDS.
+/// The DDS participant of a match cannot be created.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the match cannot speak DDS: {0}")]
 pub struct ParticipantError(String);

@@ -273,7 +273,7 @@ class Worlds:
         return {"arguments": self._arguments, "changes": self._changes, "saved": self.inner.save()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Makes the same worlds anew, in the middle of the same episodes."""
+        """Creates the same worlds, in the middle of the same episodes."""
         self.__init__(**state["arguments"])  # type: ignore[misc]
         self._changes = list(state["changes"])
         changed: dict[int, tuple[list[int], dict[str, Any]]] = {}

@@ -30,7 +30,7 @@ fn a_marker_that_others_carry_is_no_marker() {
         reason(app.try_add_behaviour::<Transform, _>("spy", spies)),
         reason(app.try_add_behaviour::<Hearing, _>("spy", spies)),
         reason(app.try_add_behaviour::<Chaser, _>("spy", |_: Query<&Inbox, With<Chaser>>| {})),
-        // Whoever does nothing is nobody's to steer.
+        // A behaviour cannot steer robots that do nothing.
         reason(app.try_add_behaviour::<Idle, _>("spy", |_: Query<&mut WalkCommand, With<Idle>>| {})),
     ] {
         assert!(matches!(reason, Some(Breach::NoMarker { .. })), "{reason:?}");

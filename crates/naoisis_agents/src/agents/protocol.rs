@@ -335,7 +335,7 @@ mod tests {
     use naoisis_core::team::Team;
 
     #[test]
-    fn a_robot_is_told_of_its_own_body_whoever_it_plays_with() {
+    fn a_robot_is_told_of_its_own_body_with_any_team_mates() {
         let scenario = Scenario::from_json(
             r#"{ "league": "spl2025", "teams": {
                  "blue": { "team": "remote", "model": "booster_k1", "messages": { "max_text_bytes": 64 } }, "pink": "remote" } }"#,

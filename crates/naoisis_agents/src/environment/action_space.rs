@@ -29,7 +29,7 @@ pub const SPOKEN: [&str; 1 + MOST_WORDS as usize] = [
     "say_word8",
 ];
 
-/// The error that robots cannot say so many words with actions of a kind.
+/// An action space cannot have this number of words.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WordsError {

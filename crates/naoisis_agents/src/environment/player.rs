@@ -14,7 +14,7 @@ pub enum ChallengePlayer {
     Random,
     /// Straight ahead at full speed.
     Ahead,
-    /// The commands of the first successful episode of this player, in every episode, whatever is sensed.
+    /// The commands of the first successful episode of this player, in every episode, independent of what is sensed.
     OpenLoop(Box<ChallengePlayer>),
     /// The behaviour with this name, for each robot.
     Behaviour(String),

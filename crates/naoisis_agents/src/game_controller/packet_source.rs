@@ -95,12 +95,12 @@ impl PacketSource<'_> {
         }
     }
 
-    /// The state of the game at the end of the half or the shot before, which is told for a while when the next one has been prepared.
+    /// The state of the game at the end of the previous half or shot. Packets have it for a while after the next one has been prepared.
     pub fn game_that_ended(&self) -> Option<Game> {
         self.game_before_the_break().or_else(|| self.game_after_the_shot()).or_else(|| self.game_after_play())
     }
 
-    /// The state of the game at the end of the half before, which is told in the first half of the break.
+    /// The state of the game at the end of the previous half. Packets have it in the first half of the break.
     fn game_before_the_break(&self) -> Option<Game> {
         let game = self.game;
         (2 * game.state_cycles < self.cycles_of_break()?).then(|| Game {

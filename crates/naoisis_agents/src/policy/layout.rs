@@ -62,7 +62,7 @@ pub enum Choice {
     Drawn,
 }
 
-/// An input and the output that is its value in the next step.
+/// A recurrent state: the value of an output becomes that of an input in the next step.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StatePorts {

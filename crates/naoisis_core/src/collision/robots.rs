@@ -228,18 +228,18 @@ pub(crate) fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder
 
 /// Marks robots that overlap with another body at `poses` as held. Returns whether any of them was not held before.
 fn hold_overlapping(robots: &[RobotBody], cylinders: &[Cylinder], poses: &[Pose], held: &mut [bool]) -> bool {
-    let mut anew = false;
+    let mut is_new = false;
     for_each_overlap(robots, cylinders, poses, |robot, touched, _| {
         let other = match touched {
             Touched::Robot(other) => Some(other),
             Touched::Cylinder(_) => None,
         };
         for index in [Some(robot), other].into_iter().flatten() {
-            anew |= !held[index];
+            is_new |= !held[index];
             held[index] = true;
         }
     });
-    anew
+    is_new
 }
 
 #[cfg(test)]

@@ -267,7 +267,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
         #[test]
-        fn whoever_is_put_down_stands_free_and_on_the_carpet_while_there_is_room(
+        fn robots_that_are_put_down_stand_free_and_on_the_carpet_while_there_is_room(
             posts in proptest::collection::vec((-1.2f32..1.2, -0.95f32..0.95, 0.005f32..0.3), 0..4),
             team_size in 1u8..=11, walk_in: bool, kick_off_team in proptest::option::of(proptest::sample::select(Team::BOTH.to_vec())),
         ) {

@@ -115,7 +115,7 @@ impl MinariDataset {
         Ok(())
     }
 
-    /// Writes the description of the data set, which cannot be read before.
+    /// Completes the description of the data set. Only then can the data set be read.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -60,7 +60,7 @@ impl Chance {
     }
 }
 
-/// An event after which the match starts anew, so that chances before and after it are not compared.
+/// An event after which play starts again, so that chances before and after it are not compared.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Restart {
     /// Time of the event, s since the start of the match.

@@ -71,7 +71,7 @@ pub struct LegAngles {
     pub hip: f32,
     /// The shank, backward from the thigh.
     pub knee: f32,
-    /// The whole leg, to the left.
+    /// The whole leg, from straight down to the left.
     pub aside: f32,
 }
 

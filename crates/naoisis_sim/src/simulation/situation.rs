@@ -15,7 +15,7 @@ use naoisis_core::robot::posture::Posture;
 
 /// Returns a scenario that begins in the present situation of the match in `world`: places, heads, the rolling ball, penalties, the score,
 /// and interventions that have not happened yet. Unlike a [`Snapshot`](super::Snapshot) it is a new match, which can be edited by hand, and
-/// in which the robots know only their own poses. Its clock begins anew; a match that was in play is in play from its first cycle on. If the teams have changed sides, everything is turned by half a turn.
+/// in which the robots know only their own poses. Its clock starts at zero; a match that was in play is in play from its first cycle on. If the teams have changed sides, everything is turned by half a turn.
 ///
 /// # Errors
 /// [`ScenarioFault`] if robots overlap, which is possible only while they are being placed.

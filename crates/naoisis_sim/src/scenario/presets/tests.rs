@@ -77,7 +77,7 @@ fn noise_without_a_preset_changes_the_common_one_or_else_the_default() {
 }
 
 #[test]
-fn a_body_is_changed_field_by_field_whoever_has_it() {
+fn a_body_is_changed_field_by_field_in_any_layer() {
     let scenario = Scenario::from_json(
         r#"{ "body": { "torso": { "half_width_m": 0.2 } }, "teams": { "blue": "roles",
              "pink": { "team": "chasers", "model": "booster_k1", "body": { "height_m": 0.9 } } },

@@ -40,7 +40,7 @@ pub(super) fn keep_past_situation(world: &mut World) {
 }
 
 fn saved_words(path: &Path) -> String {
-    format!("Saved as {}: a new match with these positions and this score; its clock begins anew", path.display())
+    format!("Saved as {}: a new match with these positions and this score; its clock starts at zero", path.display())
 }
 
 fn keep(world: &mut World) -> Result<PathBuf, String> {
