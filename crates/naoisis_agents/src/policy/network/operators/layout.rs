@@ -4,67 +4,7 @@ use super::super::{
     constants::Constant,
     tensor::{Offsets, axis_of, broadcast_shape, count, sizes_of, strides},
 };
-use super::{Element, Node, Operator, Reading, Tensor, input};
-
-/// An operator on the shape of a tensor.
-#[derive(Debug)]
-enum Layout {
-    Same,
-    /// The shape comes from the second input; with `zeros`, a size of 0 is one instead of a copy of the input's size.
-    Reshape {
-        zeros: bool,
-    },
-    Flatten {
-        axis: i64,
-    },
-    /// Without the dimensions at the axes, or without all of size 1.
-    Squeeze(Option<Vec<i64>>),
-    /// With new dimensions of size 1 at the axes.
-    Unsqueeze(Vec<i64>),
-    /// In another order of dimensions; reversed by default.
-    Transpose(Option<Vec<i64>>),
-    /// Broadcast with the shape in the second input.
-    Expand,
-    /// The sizes of some of the dimensions.
-    Shape {
-        start: i64,
-        end: i64,
-    },
-    /// One number repeated in the shape given.
-    Filled(f32),
-}
-
-impl Operator for Layout {
-    fn run(&self, inputs: &[Option<&Tensor>]) -> Result<Vec<Tensor>, String> {
-        let x = input(inputs, 0)?;
-        let result = match self {
-            Self::Same => x.clone(),
-            Self::Reshape { zeros } => x.reshaped(reshaped(x, &input(inputs, 1)?.integers()?, *zeros)?)?,
-            Self::Flatten { axis } => {
-                let rank = x.shape.len();
-                let axis = if *axis == rank as i64 { rank } else { axis_of(*axis, rank)? };
-                let (rows, columns) = x.shape.split_at(axis);
-                x.reshaped(vec![rows.iter().product(), columns.iter().product()])?
-            }
-            Self::Squeeze(axes) => x.reshaped(squeezed(x, axes.as_deref())?)?,
-            Self::Unsqueeze(axes) => x.reshaped(unsqueezed(x, axes)?)?,
-            Self::Transpose(order) => transposed(x, order.as_deref())?,
-            Self::Expand => x.broadcast_to(&broadcast_shape(&x.shape, &sizes_of(&input(inputs, 1)?.integers()?)?)?)?,
-            Self::Shape { start, end } => {
-                let rank = x.shape.len() as i64;
-                let bound = |at: i64| (if at < 0 { at.saturating_add(rank) } else { at }).clamp(0, rank) as usize;
-                let sizes = x.shape.get(bound(*start)..bound(*end)).unwrap_or_default();
-                Tensor { shape: vec![sizes.len()], values: sizes.iter().map(|&size| size as f32).collect() }
-            }
-            Self::Filled(value) => {
-                let shape = sizes_of(&x.integers()?)?;
-                let values = vec![*value; count(&shape)?];
-                Tensor { shape, values }
-            }
-        };
-        Ok(vec![result])
-    }
-}
+use super::{Element, Node, Reading, Tensor, input, one_result};
 
 /// The shape that `sizes` ask of `x`, where -1 stands for what is left and 0, without `zeros`, for the size of `x`.
 fn reshaped(x: &Tensor, sizes: &[i64], zeros: bool) -> Result<Vec<usize>, String> {
@@ -84,7 +24,7 @@ fn reshaped(x: &Tensor, sizes: &[i64], zeros: bool) -> Result<Vec<usize>, String
     Ok(shape)
 }
 
-/// The shape of `x` without the dimensions of size 1 at `axes`.
+/// The shape of `x` without the dimensions of size 1 at `axes`, or without all of size 1.
 fn squeezed(x: &Tensor, axes: Option<&[i64]>) -> Result<Vec<usize>, String> {
     let mut dropped: Vec<bool> = x.shape.iter().map(|&size| axes.is_none() && size == 1).collect();
     for &axis in axes.unwrap_or_default() {
@@ -112,7 +52,7 @@ fn unsqueezed(x: &Tensor, axes: &[i64]) -> Result<Vec<usize>, String> {
     Ok(is_new.into_iter().map(|is_new| if is_new { 1 } else { sizes.next().unwrap_or(1) }).collect())
 }
 
-/// The tensor `x` with its dimensions in the `order` given.
+/// The tensor `x` with its dimensions in the `order` given; reversed by default.
 fn transposed(x: &Tensor, order: Option<&[i64]>) -> Result<Tensor, String> {
     let rank = x.shape.len();
     let order: Vec<usize> = match order {
@@ -129,11 +69,6 @@ fn transposed(x: &Tensor, order: Option<&[i64]>) -> Result<Tensor, String> {
     Ok(Tensor { shape, values })
 }
 
-/// The operator `layout`, which keeps the kind of number.
-fn same(node: &Node, layout: Layout) -> Reading {
-    Ok((Box::new(layout), node.element()))
-}
-
 /// Checks that the second input holds integers, as shapes do.
 fn expect_shape(node: &Node) -> Result<(), String> {
     match node.operand(1).is_some_and(|operand| operand.element == Element::Integer) {
@@ -143,7 +78,7 @@ fn expect_shape(node: &Node) -> Result<(), String> {
 }
 
 pub(super) fn identity(node: &Node) -> Reading {
-    same(node, Layout::Same)
+    one_result(node.element(), |x, _| Ok(x.clone()))
 }
 
 pub(super) fn dropout(node: &Node) -> Reading {
@@ -153,39 +88,60 @@ pub(super) fn dropout(node: &Node) -> Reading {
     node.number(1, "ratio")?;
     match node.number(2, "training_mode")? {
         Some(mode) if mode != 0.0 => Err("its input `training_mode` is set: export the model for inference".into()),
-        _ => same(node, Layout::Same),
+        _ => identity(node),
     }
 }
 
 pub(super) fn reshape(node: &Node) -> Reading {
     expect_shape(node)?;
-    same(node, Layout::Reshape { zeros: node.flag("allowzero", false)? })
+    let zeros = node.flag("allowzero", false)?;
+    one_result(node.element(), move |x, inputs| {
+        let sizes = input(inputs, 1)?.integers()?;
+        x.reshaped(reshaped(x, &sizes, zeros)?)
+    })
 }
 
 pub(super) fn flatten(node: &Node) -> Reading {
-    same(node, Layout::Flatten { axis: node.int("axis", 1)? })
+    let axis = node.int("axis", 1)?;
+    one_result(node.element(), move |x, _| {
+        let rank = x.shape.len();
+        let axis = if axis == rank as i64 { rank } else { axis_of(axis, rank)? };
+        let (rows, columns) = x.shape.split_at(axis);
+        x.reshaped(vec![rows.iter().product(), columns.iter().product()])
+    })
 }
 
 pub(super) fn squeeze(node: &Node) -> Reading {
-    same(node, Layout::Squeeze(node.axes(1, 13)?))
+    let axes = node.axes(1, 13)?;
+    one_result(node.element(), move |x, _| x.reshaped(squeezed(x, axes.as_deref())?))
 }
 
 pub(super) fn unsqueeze(node: &Node) -> Reading {
-    same(node, Layout::Unsqueeze(node.axes(1, 13)?.ok_or("its axes are missing")?))
+    let axes = node.axes(1, 13)?.ok_or("its axes are missing")?;
+    one_result(node.element(), move |x, _| x.reshaped(unsqueezed(x, &axes)?))
 }
 
 pub(super) fn transpose(node: &Node) -> Reading {
-    same(node, Layout::Transpose(node.ints("perm")?))
+    let order = node.ints("perm")?;
+    one_result(node.element(), move |x, _| transposed(x, order.as_deref()))
 }
 
 pub(super) fn expand(node: &Node) -> Reading {
     expect_shape(node)?;
-    same(node, Layout::Expand)
+    one_result(node.element(), |x, inputs| {
+        let shape = sizes_of(&input(inputs, 1)?.integers()?)?;
+        x.broadcast_to(&broadcast_shape(&x.shape, &shape)?)
+    })
 }
 
 pub(super) fn shape(node: &Node) -> Reading {
-    let layout = Layout::Shape { start: node.int("start", 0)?, end: node.int("end", i64::MAX)? };
-    Ok((Box::new(layout), Element::Integer))
+    let (start, end) = (node.int("start", 0)?, node.int("end", i64::MAX)?);
+    one_result(Element::Integer, move |x, _| {
+        let rank = x.shape.len() as i64;
+        let bound = |at: i64| (if at < 0 { at.saturating_add(rank) } else { at }).clamp(0, rank) as usize;
+        let sizes = x.shape.get(bound(start)..bound(end)).unwrap_or_default();
+        Ok(Tensor { shape: vec![sizes.len()], values: sizes.iter().map(|&size| size as f32).collect() })
+    })
 }
 
 pub(super) fn constant_of_shape(node: &Node) -> Reading {
@@ -194,21 +150,27 @@ pub(super) fn constant_of_shape(node: &Node) -> Reading {
         None => Constant::floats(vec![1], vec![0.0])?,
     };
     value.check_operand()?;
-    Ok((Box::new(Layout::Filled(value.tensor.values[0])), value.element))
+    let number = value.tensor.values[0];
+    one_result(value.element, move |sizes, _| {
+        let shape = sizes_of(&sizes.integers()?)?;
+        let values = vec![number; count(&shape)?];
+        Ok(Tensor { shape, values })
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing;
     use super::*;
 
-    fn run(layout: Layout, shape: &[usize]) -> Result<Tensor, String> {
+    fn run(name: &str, attributes: &[(&str, &[f32])], shape: &[usize]) -> Result<Tensor, String> {
         let numbers: usize = shape.iter().product();
         let x = Tensor { shape: shape.to_vec(), values: (0..numbers).map(|value| value as f32).collect() };
-        layout.run(&[Some(&x)]).map(|mut results| results.remove(0))
+        testing::run(name, attributes, Element::Integer, &[x])
     }
 
-    fn shaped(layout: Layout, shape: &[usize]) -> Vec<usize> {
-        run(layout, shape).unwrap().shape
+    fn shaped(name: &str, attributes: &[(&str, &[f32])], shape: &[usize]) -> Vec<usize> {
+        run(name, attributes, shape).unwrap().shape
     }
 
     #[test]
@@ -225,32 +187,33 @@ mod tests {
 
     #[test]
     fn dimensions_are_dropped_and_added() {
-        assert_eq!(shaped(Layout::Squeeze(None), &[1, 2, 1]), [2]);
-        assert_eq!(shaped(Layout::Squeeze(Some(vec![-1])), &[1, 2, 1]), [1, 2]);
-        assert!(run(Layout::Squeeze(Some(vec![1])), &[1, 2]).is_err());
-        assert_eq!(shaped(Layout::Unsqueeze(vec![0, -1]), &[2]), [1, 2, 1]);
-        assert!(run(Layout::Unsqueeze(vec![0, 0]), &[2]).is_err());
-        assert_eq!(shaped(Layout::Flatten { axis: 1 }, &[2, 3, 4]), [2, 12]);
-        assert_eq!(shaped(Layout::Flatten { axis: 0 }, &[2, 3]), [1, 6]);
-        assert_eq!(shaped(Layout::Flatten { axis: 2 }, &[2, 3]), [6, 1]);
+        assert_eq!(shaped("Squeeze", &[], &[1, 2, 1]), [2]);
+        assert_eq!(shaped("Squeeze", &[("axes", &[-1.0])], &[1, 2, 1]), [1, 2]);
+        assert!(run("Squeeze", &[("axes", &[1.0])], &[1, 2]).is_err());
+        assert_eq!(shaped("Unsqueeze", &[("axes", &[0.0, -1.0])], &[2]), [1, 2, 1]);
+        assert!(run("Unsqueeze", &[("axes", &[0.0, 0.0])], &[2]).is_err());
+        assert_eq!(shaped("Flatten", &[("axis", &[1.0])], &[2, 3, 4]), [2, 12]);
+        assert_eq!(shaped("Flatten", &[("axis", &[0.0])], &[2, 3]), [1, 6]);
+        assert_eq!(shaped("Flatten", &[("axis", &[2.0])], &[2, 3]), [6, 1]);
     }
 
     #[test]
     fn transposing_reorders_numbers() {
-        let turned = run(Layout::Transpose(None), &[2, 3]).unwrap();
+        let turned = run("Transpose", &[], &[2, 3]).unwrap();
         assert_eq!(turned, Tensor { shape: vec![3, 2], values: vec![0.0, 3.0, 1.0, 4.0, 2.0, 5.0] });
-        assert_eq!(shaped(Layout::Transpose(Some(vec![1, 0, 2])), &[2, 3, 4]), [3, 2, 4]);
-        assert!(run(Layout::Transpose(Some(vec![0, 0])), &[2, 3]).is_err());
+        assert_eq!(shaped("Transpose", &[("perm", &[1.0, 0.0, 2.0])], &[2, 3, 4]), [3, 2, 4]);
+        assert!(run("Transpose", &[("perm", &[0.0, 0.0])], &[2, 3]).is_err());
     }
 
     #[test]
     fn shapes_become_tensors_and_back() {
-        let sizes = run(Layout::Shape { start: 1, end: i64::MAX }, &[2, 3, 4]).unwrap();
+        let sizes = run("Shape", &[("start", &[1.0])], &[2, 3, 4]).unwrap();
         assert_eq!(sizes, Tensor { shape: vec![2], values: vec![3.0, 4.0] });
-        let filled = Layout::Filled(7.0).run(&[Some(&sizes)]).unwrap().remove(0);
+        let two = Tensor { shape: vec![1], values: vec![2.0] };
+        let wide = testing::run("Expand", &[], Element::Integer, &[two, sizes.clone()]).unwrap();
+        assert_eq!(wide, Tensor { shape: vec![3, 4], values: vec![2.0; 12] });
+        let filled = testing::run("ConstantOfShape", &[("value", &[7.0])], Element::Integer, &[sizes]).unwrap();
         assert_eq!(filled, Tensor { shape: vec![3, 4], values: vec![7.0; 12] });
-        let wide = Layout::Expand.run(&[Some(&Tensor { shape: vec![1], values: vec![2.0] }), Some(&sizes)]).unwrap();
-        assert_eq!(wide[0], Tensor { shape: vec![3, 4], values: vec![2.0; 12] });
-        assert_eq!(shaped(Layout::Shape { start: 3, end: -3 }, &[2, 3, 4]), [0]);
+        assert_eq!(shaped("Shape", &[("start", &[3.0]), ("end", &[-3.0])], &[2, 3, 4]), [0]);
     }
 }

@@ -1,39 +1,7 @@
 //! Operators on pairs of numbers, with broadcasting.
 
 use super::super::tensor::broadcast_shape;
-use super::{Element, Node, Operator, Reading, Tensor};
-
-/// A function of two numbers, applied to the tensors of a node from the first to the last.
-#[derive(Clone, Copy, Debug)]
-enum Pair {
-    Add,
-    Div,
-    /// Division that drops the fraction.
-    DivIntegers,
-    Max,
-    Min,
-    Mul,
-    Sub,
-}
-
-impl Operator for Pair {
-    fn run(&self, inputs: &[Option<&Tensor>]) -> Result<Vec<Tensor>, String> {
-        let mut operands = inputs.iter().flatten();
-        let mut result = (*operands.next().ok_or("it has no inputs")?).clone();
-        for other in operands {
-            result = match self {
-                Self::Add => combine(result, other, |a, b| a + b),
-                Self::Div => combine(result, other, |a, b| a / b),
-                Self::DivIntegers => combine(result, other, |a, b| (a / b).trunc()),
-                Self::Max => combine(result, other, |a, b| if a > b || a.is_nan() { a } else { b }),
-                Self::Min => combine(result, other, |a, b| if a < b || a.is_nan() { a } else { b }),
-                Self::Mul => combine(result, other, |a, b| a * b),
-                Self::Sub => combine(result, other, |a, b| a - b),
-            }?;
-        }
-        Ok(vec![result])
-    }
-}
+use super::{Element, Node, Reading, Tensor, one_result};
 
 /// The tensor of `function` of each pair of numbers of `a` and `b`.
 fn combine(mut a: Tensor, b: &Tensor, function: impl Fn(f32, f32) -> f32) -> Result<Tensor, String> {
@@ -54,41 +22,29 @@ fn combine(mut a: Tensor, b: &Tensor, function: impl Fn(f32, f32) -> f32) -> Res
     Ok(a)
 }
 
-/// The operator for the function `pair`, whose inputs must hold the same kind of number.
-fn same(node: &Node, pair: Pair) -> Reading {
+/// The operator that applies `function` to the tensors of `node` from the first to the last.
+///
+/// They must hold the same kind of number.
+pub(super) fn fold(node: &Node, function: impl Fn(f32, f32) -> f32 + Send + Sync + 'static) -> Reading {
     let element = node.element();
-    match node.inputs.iter().all(|operand| operand.is_some_and(|operand| operand.element == element)) {
-        true => Ok((Box::new(pair), element)),
-        false => Err("its inputs must hold the same kind of number".into()),
+    if !node.inputs.iter().all(|operand| operand.is_some_and(|operand| operand.element == element)) {
+        return Err("its inputs must hold the same kind of number".into());
     }
-}
-
-pub(super) fn add(node: &Node) -> Reading {
-    same(node, Pair::Add)
+    one_result(element, move |first, inputs| {
+        inputs[1..].iter().flatten().try_fold(first.clone(), |result, other| combine(result, other, &function))
+    })
 }
 
 pub(super) fn div(node: &Node) -> Reading {
-    same(node, if node.element() == Element::Integer { Pair::DivIntegers } else { Pair::Div })
-}
-
-pub(super) fn max(node: &Node) -> Reading {
-    same(node, Pair::Max)
-}
-
-pub(super) fn min(node: &Node) -> Reading {
-    same(node, Pair::Min)
-}
-
-pub(super) fn mul(node: &Node) -> Reading {
-    same(node, Pair::Mul)
-}
-
-pub(super) fn sub(node: &Node) -> Reading {
-    same(node, Pair::Sub)
+    match node.element() {
+        Element::Float => fold(node, |a, b| a / b),
+        Element::Integer => fold(node, |a, b| (a / b).trunc()),
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::run;
     use super::*;
 
     fn tensor(shape: &[usize], values: &[f32]) -> Tensor {
@@ -107,9 +63,9 @@ mod tests {
             let shape = broadcast_shape(&full.shape, &other.shape).unwrap();
             let wide = (full.broadcast_to(&shape).unwrap(), other.broadcast_to(&shape).unwrap());
             let expected: Vec<f32> = wide.0.values.iter().zip(&wide.1.values).map(|(a, b)| a - b).collect();
-            let result = Pair::Sub.run(&[Some(&full), Some(&other)]).unwrap().remove(0);
+            let result = run("Sub", &[], Element::Float, &[full.clone(), other.clone()]).unwrap();
             assert_eq!(result, Tensor { shape, values: expected.clone() });
-            let turned = Pair::Sub.run(&[Some(&other), Some(&full)]).unwrap().remove(0);
+            let turned = run("Sub", &[], Element::Float, &[other, full.clone()]).unwrap();
             assert_eq!(turned.values, expected.iter().map(|value| -value).collect::<Vec<_>>());
         }
     }
@@ -117,18 +73,17 @@ mod tests {
     #[test]
     fn largest_and_smallest_of_several_keep_nan() {
         let [a, b, c] = [[1.0, f32::NAN], [3.0, 0.0], [2.0, 0.0]].map(|values| tensor(&[2], &values));
-        let inputs = [Some(&a), Some(&b), Some(&c)];
-        let largest = Pair::Max.run(&inputs).unwrap().remove(0);
+        let largest = run("Max", &[], Element::Float, &[a.clone(), b.clone(), c]).unwrap();
         assert_eq!(largest.values[0], 3.0);
         assert!(largest.values[1].is_nan());
-        let smallest = Pair::Min.run(&[Some(&b), Some(&a)]).unwrap().remove(0);
+        let smallest = run("Min", &[], Element::Float, &[b, a]).unwrap();
         assert_eq!(smallest.values[0], 1.0);
         assert!(smallest.values[1].is_nan());
     }
 
     #[test]
     fn integers_divide_towards_zero() {
-        let (a, b) = (tensor(&[2], &[7.0, -7.0]), tensor(&[1], &[2.0]));
-        assert_eq!(Pair::DivIntegers.run(&[Some(&a), Some(&b)]).unwrap()[0].values, [3.0, -3.0]);
+        let inputs = [tensor(&[2], &[7.0, -7.0]), tensor(&[1], &[2.0])];
+        assert_eq!(run("Div", &[], Element::Integer, &inputs).unwrap().values, [3.0, -3.0]);
     }
 }
