@@ -1,11 +1,8 @@
 //! The appearance of a robot: its colours, the places of its number, and its limbs in the team's colour.
 
 use bevy::prelude::*;
-use core::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Error, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
 
 /// A colour: red, green and blue, sRGB, from 0 to 255.
@@ -242,32 +239,12 @@ impl Serialize for Look {
     }
 }
 
-// Implemented by hand, as an untagged enum would not say where an error is.
-impl<'de> Deserialize<'de> for Look {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct LookVisitor;
-
-        impl<'de> Visitor<'de> for LookVisitor {
-            type Value = Look;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str(
-                    "`nao`, `light`, `dark`, or an object such as { \"shell\": [200, 30, 30], \"number\": [\"back\"] }",
-                )
-            }
-
-            fn visit_str<E: Error>(self, word: &str) -> Result<Look, E> {
-                Look::named(word).ok_or_else(|| E::unknown_variant(word, &["nao", "light", "dark"]))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Look, A::Error> {
-                LookFields::deserialize(MapAccessDeserializer::new(map)).map(Look::from)
-            }
-        }
-
-        deserializer.deserialize_any(LookVisitor)
-    }
-}
+crate::word_or_object!(
+    Look,
+    LookFields,
+    "`nao`, `light`, `dark`, or an object such as { \"shell\": [200, 30, 30], \"number\": [\"back\"] }",
+    |word, E| Look::named(word).ok_or_else(|| E::unknown_variant(word, &["nao", "light", "dark"]))
+);
 
 #[cfg(test)]
 mod tests {

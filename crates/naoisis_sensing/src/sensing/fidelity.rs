@@ -47,14 +47,13 @@
 //! not change.
 
 use bevy::prelude::*;
-use core::fmt;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Error, MapAccess, Visitor};
+use serde::de::value::StrDeserializer;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::sensing::odometry::{OdometryNoise, OdometrySettings, OdometrySource};
 use crate::sensing::sonar::{SonarNoise, SonarSettings, SonarSource};
 use crate::sensing::vision::{VisionNoise, VisionSettings, VisionSource};
+use naoisis_core::word_or_object;
 
 /// The fidelity of a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
@@ -209,32 +208,18 @@ impl Serialize for FidelitySettings {
     }
 }
 
-// Implemented by hand, as an untagged enum would lose the place of errors.
-impl<'de> Deserialize<'de> for FidelitySettings {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct FidelitiesVisitor;
-
-        impl<'de> Visitor<'de> for FidelitiesVisitor {
-            type Value = FidelitySettings;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("`truth`, `ideal`, `noisy`, `image`, or an object with one of these for a sensor")
-            }
-
-            fn visit_str<E: Error>(self, word: &str) -> Result<FidelitySettings, E> {
-                let word = serde::de::value::StrDeserializer::<E>::new(word);
-                Fidelity::deserialize(word).map(FidelitySettings::all)
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FidelitySettings, A::Error> {
-                let fields = FidelityFields::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(FidelitySettings { vision: fields.vision, sonar: fields.sonar, odometry: fields.odometry })
-            }
-        }
-
-        deserializer.deserialize_any(FidelitiesVisitor)
+impl From<FidelityFields> for FidelitySettings {
+    fn from(FidelityFields { vision, sonar, odometry }: FidelityFields) -> Self {
+        Self { vision, sonar, odometry }
     }
 }
+
+word_or_object!(
+    FidelitySettings,
+    FidelityFields,
+    "`truth`, `ideal`, `noisy`, `image`, or an object with one of these for a sensor",
+    |word, E| Fidelity::deserialize(StrDeserializer::<E>::new(word)).map(FidelitySettings::all)
+);
 
 #[cfg(test)]
 mod tests {

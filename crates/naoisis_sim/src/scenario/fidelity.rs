@@ -6,8 +6,8 @@ use serde_json::{Map, Value};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
+use super::layers::for_each_team_and_robot;
 use super::shape;
-use naoisis_core::team::Team;
 use naoisis_sensing::sensing::fidelity::{Fidelity, FidelitySettings, SensorFidelity};
 use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
@@ -19,25 +19,13 @@ pub(super) const FIELD: &str = "fidelity";
 /// Replaces the `fidelity` of a scenario, its teams and its robots by the corresponding settings of the sensors. Presets must be filled in
 /// before. Invalid values are removed and become faults.
 pub(super) fn translate(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) {
-    let path = FieldPath::default();
-    let of_all = take(root, &path, faults);
+    let of_all = take(root, &FieldPath::default(), faults);
     let common: Map<String, Value> =
         ["vision", "sonar", "odometry"].iter().filter_map(|&sensor| root.get_key_value(sensor)).map(owned).collect();
-    for team in Team::BOTH {
-        let robots = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name()));
-        if let Some(Value::Object(robots)) = robots {
-            let own = take(robots, &path.field("teams").field(team.name()), faults);
-            translate_sensors(robots, own, of_all, &common);
-        }
-    }
-    if let Some(Value::Array(robots)) = root.get_mut("robots") {
-        for (index, robot) in robots.iter_mut().enumerate() {
-            if let Value::Object(robot) = robot {
-                let own = take(robot, &path.field("robots").index(index), faults);
-                translate_sensors(robot, own, of_all, &common);
-            }
-        }
-    }
+    for_each_team_and_robot(root, |settings, path| {
+        let own = take(settings, path, faults);
+        translate_sensors(settings, own, of_all, &common);
+    });
     translate_sensors(root, of_all, FidelitySettings::default(), &Map::new());
 }
 

@@ -36,13 +36,8 @@ impl RobotSettings {
         }
         let noise = &mut self.vision.noise;
         let classes: [&mut ClassNoise; 7] = [
-            &mut noise.ball,
-            &mut noise.goal_posts,
-            &mut noise.robots,
-            &mut noise.lines,
-            &mut noise.junctions,
-            &mut noise.penalty_crosses,
-            &mut noise.centre_circle,
+            &mut noise.ball, &mut noise.goal_posts, &mut noise.robots, &mut noise.lines, &mut noise.junctions,
+            &mut noise.penalty_crosses, &mut noise.centre_circle,
         ];
         for class in classes {
             class.miss_probability = 1.0 - (1.0 - class.miss_probability) * left;

@@ -5,31 +5,19 @@ use serde_json::{Map, Value};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::layers::lay_over;
+use super::layers::{for_each_team_and_robot, lay_over};
 use super::message_limits;
 use super::models::expected_model;
 use super::wording::{did_you_mean, one_of, quoted};
-use naoisis_core::team::Team;
 
 /// Splits inline models of the scenario, of teams, and of robots into a name and settings. `settings` are the names of the settings that a
 /// model has.
 pub(super) fn take_apart(root: &mut Map<String, Value>, settings: &[&str], faults: &mut Vec<ScenarioFault>) {
-    let path = FieldPath::default();
     if let Some(Value::Object(model)) = root.get_mut("model") {
         message_limits::make_of_robots(model);
     }
-    take_apart_of(root, &path, settings, faults);
-    for team in Team::BOTH {
-        if let Some(Value::Object(team_fields)) = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name())) {
-            take_apart_of(team_fields, &path.field("teams").field(team.name()), settings, faults);
-        }
-    }
-    let Some(Value::Array(robots)) = root.get_mut("robots") else { return };
-    for (index, robot) in robots.iter_mut().enumerate() {
-        if let Value::Object(robot) = robot {
-            take_apart_of(robot, &path.field("robots").index(index), settings, faults);
-        }
-    }
+    take_apart_of(root, &FieldPath::default(), settings, faults);
+    for_each_team_and_robot(root, |holder, path| take_apart_of(holder, path, settings, faults));
 }
 
 /// Splits the inline model of one object.

@@ -1,10 +1,11 @@
 //! Lays settings over others, field by field.
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::field_path::{FieldPath, Segment};
 use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::look::Look;
+use naoisis_core::team::Team;
 
 /// Fields whose value is a choice with contents, as object and field. Another choice replaces the whole value.
 const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
@@ -26,6 +27,28 @@ pub fn field_of_word(path: &FieldPath) -> &'static str {
         [Segment::Field(realism)] if realism == "realism" => "all",
         [Segment::Field(teams), _] if teams == "teams" => "team",
         _ => "preset",
+    }
+}
+
+/// Calls `act` with the settings of each team in the scenario `root`, and then of each robot, and with their paths.
+pub(super) fn for_each_team_and_robot(
+    root: &mut Map<String, Value>,
+    mut act: impl FnMut(&mut Map<String, Value>, &FieldPath),
+) {
+    let path = FieldPath::default();
+    if let Some(Value::Object(teams)) = root.get_mut("teams") {
+        for team in Team::BOTH {
+            if let Some(Value::Object(robots)) = teams.get_mut(team.name()) {
+                act(robots, &path.field("teams").field(team.name()));
+            }
+        }
+    }
+    if let Some(Value::Array(robots)) = root.get_mut("robots") {
+        for (index, robot) in robots.iter_mut().enumerate() {
+            if let Value::Object(robot) = robot {
+                act(robot, &path.field("robots").index(index));
+            }
+        }
     }
 }
 

@@ -150,14 +150,8 @@ mod tests {
         assert_eq!(
             bare.measures_of_nao(),
             [
-                "body.base",
-                "body.foot_y_m",
-                "body.height_m",
-                "body.lying_height_m",
-                "body.torso.x_m",
-                "body.torso.z_m",
-                "body.waistband",
-                "motion.max_angular_degps",
+                "body.base", "body.foot_y_m", "body.height_m", "body.lying_height_m", "body.torso.x_m",
+                "body.torso.z_m", "body.waistband", "motion.max_angular_degps",
             ]
         );
         assert_eq!(model(json!({ "body": { "height_m": 0.6 } }), json!({})).measures_of_nao(), [""; 0]);

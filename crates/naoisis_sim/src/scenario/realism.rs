@@ -25,12 +25,12 @@
 use bevy::prelude::*;
 use core::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::{MapAccessDeserializer, StrDeserializer};
-use serde::de::{Error, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::de::value::StrDeserializer;
+use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
 
 use super::robot_settings::robot_settings;
+use naoisis_core::word_or_object;
 use naoisis_sensing::sensing::fidelity::present;
 
 /// How closely a part of the simulation follows a real robot.
@@ -180,32 +180,12 @@ impl Serialize for RealismSettings {
     }
 }
 
-// Implemented by hand, because an untagged enum would lose the place of an error.
-impl<'de> Deserialize<'de> for RealismSettings {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct RealismsVisitor;
-
-        impl<'de> Visitor<'de> for RealismsVisitor {
-            type Value = RealismSettings;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str(
-                    "`paper`, `ideal`, `realistic`, or an object with one of these for a part, and for `all`",
-                )
-            }
-
-            fn visit_str<E: Error>(self, word: &str) -> Result<RealismSettings, E> {
-                Realism::deserialize(StrDeserializer::<E>::new(word)).map(RealismSettings::all)
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RealismSettings, A::Error> {
-                RealismFields::deserialize(MapAccessDeserializer::new(map)).map(RealismSettings::from)
-            }
-        }
-
-        deserializer.deserialize_any(RealismsVisitor)
-    }
-}
+word_or_object!(
+    RealismSettings,
+    RealismFields,
+    "`paper`, `ideal`, `realistic`, or an object with one of these for a part, and for `all`",
+    |word, E| Realism::deserialize(StrDeserializer::<E>::new(word)).map(RealismSettings::all)
+);
 
 #[cfg(test)]
 mod tests {

@@ -1,16 +1,14 @@
 //! The two teams of a scenario, and the own settings of their robots.
 
 use bevy::prelude::*;
-use core::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 
 use super::robot_settings::{RobotPatch, patch_beside_fields, robot_settings};
 use super::robot_spec::RobotSpec;
 use naoisis_core::team::{PerTeam, Team};
+use naoisis_core::word_or_object;
 
 /// The two teams of a scenario: each is the name of a registered team; `exec:COMMAND`, a program that is started for each robot;
 /// `policy:FILE`, a learned policy that plays each robot; or `remote`, for robots that are controlled from outside.
@@ -134,29 +132,12 @@ impl Serialize for Entry {
     }
 }
 
-impl<'de> Deserialize<'de> for Entry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct EntryVisitor;
-
-        impl<'de> Visitor<'de> for EntryVisitor {
-            type Value = Entry;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str("the name of a team, or an object with a `team` and the `model` of its robots")
-            }
-
-            fn visit_str<E: de::Error>(self, name: &str) -> Result<Entry, E> {
-                Ok(Entry { team: name.to_owned(), model: None, handicap: 0.0, own: RobotPatch::default() })
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Entry, A::Error> {
-                EntryForm::deserialize(MapAccessDeserializer::new(map)).map(Entry::from)
-            }
-        }
-
-        deserializer.deserialize_any(EntryVisitor)
-    }
-}
+word_or_object!(
+    Entry,
+    EntryForm,
+    "the name of a team, or an object with a `team` and the `model` of its robots",
+    |name, E| Ok(Entry { team: name.to_owned(), model: None, handicap: 0.0, own: RobotPatch::default() })
+);
 
 /// The file form of both teams.
 #[derive(Serialize, Deserialize, JsonSchema)]

@@ -9,7 +9,7 @@ use super::fault::ScenarioFault;
 use super::fidelity;
 use super::field_path::FieldPath;
 use super::inline_models;
-use super::layers::lay_over;
+use super::layers::{for_each_team_and_robot, lay_over};
 use super::leagues;
 use super::message_limits;
 use super::preset::{Preset, presets};
@@ -114,17 +114,8 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let of_robots = RobotSettings::OF_PROGRAM.iter().chain(RobotSettings::OF_MODEL);
     let common: Map<String, Value> = of_robots.filter_map(|&field| Some((field.to_owned(), of_all(field)?))).collect();
     let realisms = realism_settings::realisms_of(root);
-    for team in Team::BOTH {
-        if let Some(Value::Object(robots)) = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name())) {
-            resolve_robot(robots, &path.field("teams").field(team.name()), &common, realisms, &mut faults);
-        }
-    }
+    for_each_team_and_robot(root, |settings, path| resolve_robot(settings, path, &common, realisms, &mut faults));
     if let Some(Value::Array(robots)) = root.get_mut("robots") {
-        for (index, robot) in robots.iter_mut().enumerate() {
-            if let Value::Object(robot) = robot {
-                resolve_robot(robot, &path.field("robots").index(index), &common, realisms, &mut faults);
-            }
-        }
         number(robots);
     }
     fidelity::translate(root, &mut faults);
