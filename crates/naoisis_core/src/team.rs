@@ -62,6 +62,13 @@ pub struct RobotId {
     pub number: u8,
 }
 
+impl Default for RobotId {
+    /// Returns `blue1`.
+    fn default() -> Self {
+        Self { team: Team::Blue, number: 1 }
+    }
+}
+
 impl RobotId {
     /// The jersey number of the goalkeeper.
     pub const GOALKEEPER: u8 = 1;

@@ -245,8 +245,7 @@ impl Environments {
     ) -> Result<(), EnvironmentError> {
         let (settings, simulator) = (&self.settings, self.simulator);
         let (entries, state_entries, image_bytes) = (&self.entries, &self.state_entries, self.image_bytes);
-        let agents = settings.control.len();
-        let parts = parts(&mut self.episodes, &mut self.has_begun, &[], arrays, agents, 0);
+        let parts = parts(&mut self.episodes, &mut self.has_begun, &[], arrays);
         let parts = parts.into_iter().filter(|part| mask.is_none_or(|mask| mask.get(part.index) == Some(&true)));
         each(self.threads, parts.collect(), |part| {
             if let Some(seed) = seed {
@@ -276,8 +275,7 @@ impl Environments {
     pub fn step(&mut self, actions: &[f32], arrays: Arrays) -> Result<(), EnvironmentError> {
         let settings = &self.settings;
         let space = settings.actions();
-        let (length, agents) = (space.len(), settings.control.len());
-        for (row, action) in actions.chunks(length).enumerate() {
+        for (row, action) in actions.chunks(space.len()).enumerate() {
             space.check(action).map_err(|error| EnvironmentError::Action { row, error })?;
         }
         let auto_reset = self.auto_reset;
@@ -289,7 +287,7 @@ impl Environments {
         }
         let simulator = self.simulator;
         self.stop.store(false, Ordering::Relaxed);
-        let parts = parts(&mut self.episodes, &mut self.has_begun, actions, arrays, agents, length);
+        let parts = parts(&mut self.episodes, &mut self.has_begun, actions, arrays);
         let stepped =
             each(self.threads, parts, |part| guarded(part, simulator, |part| step(settings, auto_reset, part)));
         if self.stop.load(Ordering::Relaxed) {
@@ -347,55 +345,36 @@ fn guarded(
 fn parts<'a>(
     episodes: &'a mut [Episode],
     has_begun: &'a mut [bool],
-    actions: &'a [f32],
-    arrays: Arrays<'a>,
-    agents: usize,
-    length: usize,
+    mut actions: &'a [f32],
+    mut arrays: Arrays<'a>,
 ) -> Vec<Part<'a>> {
     let worlds = episodes.len();
-    let size = |all: usize| (all / worlds).max(1);
-    let Arrays {
-        observations,
-        images,
-        rewards,
-        terminations,
-        truncations,
-        successes,
-        final_observations,
-        final_images,
-        final_states,
-    } = arrays;
-    let sizes = [&*observations, &*final_observations, &*final_states].map(|array| size(array.len()));
-    let image_sizes = [&*images, &*final_images].map(|array| size(array.len()));
-    // An array that was not requested yields empty parts.
-    let mut observations = observations.chunks_mut(sizes[0]);
-    let mut final_observations = final_observations.chunks_mut(sizes[1]);
-    let mut final_states = final_states.chunks_mut(sizes[2]);
-    let mut images = images.chunks_mut(image_sizes[0]);
-    let mut final_images = final_images.chunks_mut(image_sizes[1]);
-    let (mut rewards, mut terminations) = (rewards.chunks_mut(agents), terminations.chunks_mut(agents));
-    let (mut truncations, mut successes) = (truncations.chunks_mut(agents), successes.chunks_mut(agents));
-    let mut actions = actions.chunks((agents * length).max(1));
-    let worlds = episodes.iter_mut().zip(has_begun).enumerate();
-    worlds
-        .map(|(index, (episode, has_begun))| Part {
+    let parts = episodes.iter_mut().zip(has_begun).enumerate().map(|(index, (episode, has_begun))| {
+        let left = worlds - index;
+        Part {
             index,
             episode,
             has_begun,
-            actions: actions.next().unwrap_or_default(),
+            actions: actions.split_off(..actions.len() / left).unwrap_or_default(),
             arrays: Arrays {
-                observations: observations.next().unwrap_or_default(),
-                images: images.next().unwrap_or_default(),
-                rewards: rewards.next().unwrap_or_default(),
-                terminations: terminations.next().unwrap_or_default(),
-                truncations: truncations.next().unwrap_or_default(),
-                successes: successes.next().unwrap_or_default(),
-                final_observations: final_observations.next().unwrap_or_default(),
-                final_images: final_images.next().unwrap_or_default(),
-                final_states: final_states.next().unwrap_or_default(),
+                observations: first(&mut arrays.observations, left),
+                images: first(&mut arrays.images, left),
+                rewards: first(&mut arrays.rewards, left),
+                terminations: first(&mut arrays.terminations, left),
+                truncations: first(&mut arrays.truncations, left),
+                successes: first(&mut arrays.successes, left),
+                final_observations: first(&mut arrays.final_observations, left),
+                final_images: first(&mut arrays.final_images, left),
+                final_states: first(&mut arrays.final_states, left),
             },
-        })
-        .collect()
+        }
+    });
+    parts.collect()
+}
+
+/// Splits off the first of `parts` equal parts of an array. An array that was not requested has empty parts.
+fn first<'a, T>(array: &mut &'a mut [T], parts: usize) -> &'a mut [T] {
+    array.split_off_mut(..array.len() / parts).unwrap_or_default()
 }
 
 /// Calls a function with each part, on several threads. Returns the error of the first part that has one.

@@ -56,7 +56,7 @@ pub struct RefereeMemory {
 }
 
 /// The referee's memory of a robot.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct RobotMemory {
     /// Team and number.
     pub id: RobotId,
@@ -102,27 +102,7 @@ pub struct RobotMemory {
 impl RobotMemory {
     /// An empty memory of the robot `id`.
     fn clean(id: RobotId) -> Self {
-        Self {
-            id,
-            restarts: 0,
-            hand_placements: 0,
-            cautions: 0,
-            stall: None,
-            cycles_holding: 0,
-            cycles_in_goal: 0,
-            cycles_in_area: 0,
-            cycles_encroaching: 0,
-            has_kept_away: false,
-            cycles_obstructing: 0,
-            progress: None,
-            returns: false,
-            cycles_standing: 0,
-            cycles_inactive: 0,
-            contact: None,
-            get_up: GetUp::default(),
-            own_cycles: [0; MOST_CUSTOM_RULES],
-            head: HeadAngles::default(),
-        }
+        Self { id, ..default() }
     }
 
     /// Updates the contact with an opponent: the same opponent as long as that contact lasts. `index` is the robot's index in the snapshot.

@@ -77,18 +77,6 @@ impl Latency {
     fn delays_commands(&self) -> bool {
         [self.walk_s, self.kick_s, self.head_s] != [0.0; 3]
     }
-
-    /// All delays, s, by their names in files.
-    pub fn by_name(&self) -> [(&'static str, f32); 6] {
-        [
-            ("vision_s", self.vision_s),
-            ("image_s", self.image_s),
-            ("sonar_s", self.sonar_s),
-            ("walk_s", self.walk_s),
-            ("kick_s", self.kick_s),
-            ("head_s", self.head_s),
-        ]
-    }
 }
 
 fn is_zero(seconds: &f32) -> bool {

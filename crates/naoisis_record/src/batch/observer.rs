@@ -17,7 +17,7 @@ use naoisis_core::statistics::rounded;
 use naoisis_core::team::{PerTeam, Team};
 
 /// How a match ended.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum MatchOutcome {
@@ -30,6 +30,7 @@ pub enum MatchOutcome {
     /// A panic, for example in a behaviour.
     Panicked,
     /// The match could not be started.
+    #[default]
     Refused,
 }
 
@@ -41,7 +42,7 @@ impl MatchOutcome {
 }
 
 /// The result of one match: a row of a batch's table. All numbers come from the [match counter](crate::record::match_counts).
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MatchRow {
     /// Index of the match in the batch, from 0.
@@ -126,33 +127,7 @@ impl MatchRow {
 
     /// Returns the row of a match that was not played to its end.
     pub(super) fn failed(seed: u64, outcome: MatchOutcome, note: String) -> Self {
-        Self {
-            index: 0,
-            variant: 0,
-            seed,
-            outcome,
-            winner: None,
-            decided_by: DecidedBy::default(),
-            shoot_out: PerTeam::default(),
-            duration_s: 0.0,
-            goals: PerTeam::default(),
-            own_goals: PerTeam::default(),
-            kicks: PerTeam::default(),
-            kept: PerTeam::default(),
-            given_away: PerTeam::default(),
-            penalties: PerTeam::default(),
-            outs: 0,
-            blue_possession: None,
-            ball_in_blue_half: None,
-            messages_lost: None,
-            belief_error_m: PerTeam::default(),
-            belief_over_half_m: PerTeam::default(),
-            belief_over_1_m: PerTeam::default(),
-            mistakes_found: None,
-            digest: 0,
-            note,
-            mistakes: Vec::new(),
-        }
+        Self { seed, outcome, note, ..default() }
     }
 }
 

@@ -209,11 +209,6 @@ impl TraceReader {
         &self.fields
     }
 
-    /// Returns the uncompressed length of the last line, bytes.
-    pub fn line_bytes(&self) -> usize {
-        self.text.len()
-    }
-
     /// Returns how the trace ends, as far as it was read.
     pub fn ending(&self) -> Ending {
         self.ending

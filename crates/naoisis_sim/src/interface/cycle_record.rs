@@ -77,7 +77,7 @@ pub struct BallRecord {
 }
 
 /// A robot after a cycle, and what it perceived, believed and wanted in it.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RobotRecord {
     /// Its team and number: `blue1`.
     pub id: RobotId,
@@ -149,28 +149,7 @@ pub struct RobotRecord {
 impl RobotRecord {
     /// Creates the record of a robot about which nothing is known.
     pub fn new(id: RobotId) -> Self {
-        RobotRecord {
-            id,
-            pose: default(),
-            velocity: default(),
-            head: default(),
-            posture: default(),
-            penalised: None,
-            odometry: default(),
-            sonar_m: default(),
-            percepts: default(),
-            inbox: Vec::new(),
-            game: None,
-            body: None,
-            sensors: BTreeMap::new(),
-            belief: None,
-            command: None,
-            drawings: default(),
-            intention: None,
-            values: BTreeMap::new(),
-            reasons: None,
-            reported: None,
-        }
+        Self { id, ..default() }
     }
 
     /// Returns the robot's intention: the one that its program tells, or else that of its message.

@@ -98,7 +98,7 @@ pub enum KickOutcome {
 }
 
 /// Follows the ball from kick to kick.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct KickFollower {
     pitch: Pitch,
     rolling: Rolling,

@@ -62,7 +62,7 @@ const DUEL_BEGINS_M: f32 = 0.5;
 const DUEL_ENDS_M: f32 = 0.75;
 
 /// Everything that is counted in a match.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MatchCounts {
     /// Goals that count for the team.
     pub goals: PerTeam<u32>,
@@ -142,36 +142,10 @@ impl MatchCounts {
     /// Creates a counter for matches of `scenario`. Counting begins with the first cycle that it [reads](Self::look).
     pub fn new(scenario: &Scenario) -> Self {
         Self {
-            goals: default(),
-            own_goals: default(),
-            shoot_out_goals: default(),
-            winner: None,
-            score_after_half: BTreeMap::new(),
-            set_plays: default(),
-            outs: 0,
-            outs_of: default(),
-            duels_won: default(),
-            duration_s: 0.0,
-            robots: BTreeMap::new(),
-            passes_and_shots: Vec::new(),
             period_s: scenario.cycle_s,
-            play_cycles: 0,
-            game_cycles: 0,
-            robot_cycles: default(),
-            active_cycles: default(),
-            possession_cycles: default(),
-            ball_in_half_cycles: default(),
-            pose_errors_m: default(),
             kicks: KickFollower::new(scenario),
-            last_touch: None,
-            deflected: None,
-            duel: None,
             corner_m: Vec2::new(scenario.field.half_length(), scenario.field.half_width()),
-            ball_m: None,
-            positions_m: Vec::new(),
-            goalkeepers: default(),
-            began: None,
-            last_cycle: 0,
+            ..default()
         }
     }
 
