@@ -11,9 +11,12 @@ use naoisis_agents::agents;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::game::{Game, GameState};
+use naoisis_core::geometry::Pose;
 use naoisis_core::statistics::{self, Estimate};
 use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::simulation::{MatchApp, Snapshot, SnapshotError, play_in_order};
 
 pub mod chances;
@@ -66,6 +69,18 @@ impl Moment {
     pub fn restore(&self, world: &mut World, seed: u64) -> Result<(), SnapshotError> {
         Snapshot::from_bytes(&self.bytes, world)?.restore_with_chance(world, seed)
     }
+}
+
+/// Returns whether the match in `app` agrees with the record of its last cycle in a trace that has `fields`. Only recorded fields are compared.
+pub fn is_same(app: &App, record: &CycleRecord, fields: &Fields) -> bool {
+    /// The tolerance of positions, m: traces have rounded numbers.
+    const TOLERANCE_M: f32 = 2e-3;
+    let is_near = |here: Pose, there: Vec2| here.position.distance(there) < TOLERANCE_M;
+    let is_there =
+        |robot: &RobotRecord| app.robot_pose(robot.id).is_some_and(|here| is_near(here, robot.pose.position));
+    let same_robots = !fields.has("robots.pose") || record.robots.iter().all(is_there);
+    let balls = record.ball.as_ref().zip(app.ball());
+    same_robots && balls.is_none_or(|(ball, here)| is_near(here, ball.position_m.truncate()))
 }
 
 fn score(world: &World) -> PerTeam<u32> {

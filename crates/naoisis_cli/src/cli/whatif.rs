@@ -19,7 +19,7 @@ use super::report::{CommandResult, OrReport};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
-use naoisis_agents::agents::{self, ReplayedCommands};
+use naoisis_agents::agents::{self, ReplayedCommands, remote_robots};
 use naoisis_core::behaviour::{self, Remote};
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::MatchEvent;
@@ -30,16 +30,13 @@ use naoisis_core::team::{RobotId, Team};
 use naoisis_record::batch::begin_programs;
 use naoisis_record::record::read::TraceReader;
 use naoisis_record::whatif::{
-    Continuation, Continuations, Moment, Outcomes, ProgramLost, play_branches, play_branches_from, programs_lost,
+    Continuation, Continuations, Moment, Outcomes, ProgramLost, is_same, play_branches, play_branches_from,
+    programs_lost,
 };
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::{Format, SavedMatch, Scenario, ScenarioFile, Setting};
 use naoisis_sim::simulation::snapshot::reseed;
 use naoisis_sim::simulation::{MatchApp, Snapshot};
-
-/// The tolerance of poses and positions when a replayed match is compared with its trace, m: traces have rounded
-/// numbers.
-const SAME_M: f32 = 2e-3;
 
 /// Arguments of `naoisis whatif`.
 #[derive(Args, Debug, Clone)]
@@ -332,15 +329,9 @@ fn refuse_absent_programs(app: &mut App) -> Result<(), ExitCode> {
     )))
 }
 
-/// Returns the robots that programs play.
-fn remote_robots(app: &mut App) -> Vec<RobotId> {
-    let mut robots = app.world_mut().query_filtered::<&RobotId, With<Remote>>();
-    robots.iter(app.world()).copied().collect()
-}
-
 /// Returns the teams with robots that programs play.
 fn remote_teams(app: &mut App) -> Vec<Team> {
-    let mut teams: Vec<Team> = remote_robots(app).iter().map(|id| id.team).collect();
+    let mut teams: Vec<Team> = remote_robots(app.world()).iter().map(|id| id.team).collect();
     teams.sort();
     teams.dedup();
     teams
@@ -356,7 +347,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
     }
     app.start_match(trace.scenario()).map_err(|fault| usage_error(fault.to_string()))?;
     begin_programs(app.world_mut()).map_err(|error| usage_error(error.to_string()))?;
-    let commanded = if trace.fields().has("robots.command") { remote_robots(app) } else { Vec::new() };
+    let commanded = if trace.fields().has("robots.command") { remote_robots(app.world()) } else { Vec::new() };
     let (mut last_s, mut cycles) = (0.0, Vec::new());
     loop {
         let record = trace.next_cycle().or_usage_error()?;
@@ -367,17 +358,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(Scenario, Vec<
         let cycle = TracedCycle::of(&record, &commanded);
         cycle.play(app.world_mut()).map_err(usage_error)?;
         cycles.push(cycle);
-        let is_same = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
-        // Parts that the trace lacks are not compared.
-        let mut same = !trace.fields().has("robots.pose")
-            || record
-                .robots
-                .iter()
-                .all(|robot| app.robot_pose(robot.id).is_some_and(|here| is_same(here.position, robot.pose.position)));
-        if let (Some(ball), Some(here)) = (&record.ball, app.ball()) {
-            same &= is_same(here.position, ball.position_m.truncate());
-        }
-        if !same {
+        if !is_same(app, &record, trace.fields()) {
             let message = format!(
                 "played again, the match is another one from {last_s:.2} s on: its behaviours or the program have changed since, \
                  something was done to it by hand, or its programs do not answer the same way each time, and the trace does not have the \

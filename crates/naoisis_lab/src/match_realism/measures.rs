@@ -1,6 +1,7 @@
 //! The measures of a match.
 
 use std::collections::BTreeMap;
+use strum::VariantArray;
 
 use naoisis_core::events::FallCause;
 use naoisis_core::game::{PenaltyReason, SetPlayKind};
@@ -72,7 +73,7 @@ impl MatchMeasures {
 }
 
 /// The penalties that a GameController of the leagues distinguishes.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, VariantArray)]
 #[non_exhaustive]
 pub enum PenaltyGroup {
     /// Pushing.
@@ -101,19 +102,7 @@ pub enum PenaltyGroup {
 
 impl PenaltyGroup {
     /// All groups, in the order in which they are printed.
-    pub const ALL: [Self; 11] = [
-        Self::Pushing,
-        Self::IllegalPosition,
-        Self::LeavingField,
-        Self::FallenOrInactive,
-        Self::BallHolding,
-        Self::GameStuck,
-        Self::MotionInSet,
-        Self::MotionInStandby,
-        Self::PickUp,
-        Self::SentOff,
-        Self::Other,
-    ];
+    pub const ALL: [Self; Self::VARIANTS.len()] = *Self::VARIANTS.first_chunk().expect("as many as there are");
 
     /// Returns the group of a reason. Returns `None` for robots that take no part in a shot of a shoot-out, and for substitutes.
     pub fn of(reason: PenaltyReason) -> Option<Self> {

@@ -6,6 +6,7 @@
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
+use strum::VariantArray;
 
 pub mod ball;
 pub mod colours;
@@ -21,7 +22,9 @@ pub mod turf;
 pub mod view;
 
 /// The object in a pixel of an image.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize, VariantArray,
+)]
 #[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Label {
@@ -62,24 +65,7 @@ pub enum Label {
 
 impl Label {
     /// All labels, in the order of their numbers.
-    pub const ALL: [Label; 16] = [
-        Label::Sky,
-        Label::Floor,
-        Label::Carpet,
-        Label::Line,
-        Label::Ball,
-        Label::YellowGoal,
-        Label::BlueGoal,
-        Label::WhiteGoal,
-        Label::GoalFrame,
-        Label::Post,
-        Label::BlueRobot,
-        Label::PinkRobot,
-        Label::BlueWaistband,
-        Label::PinkWaistband,
-        Label::Clutter,
-        Label::Person,
-    ];
+    pub const ALL: [Label; Label::VARIANTS.len()] = *Label::VARIANTS.first_chunk().expect("as many as there are");
 
     /// The label with this number in label images.
     pub fn from_number(number: u8) -> Option<Label> {

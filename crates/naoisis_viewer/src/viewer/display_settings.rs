@@ -62,45 +62,6 @@ pub fn is_teaching(display: Res<DisplaySettings>) -> bool {
     display.workspace == Workspace::Teach
 }
 
-/// A part of the window that can be shown or hidden.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Switch {
-    /// The list of keys.
-    Help,
-    /// The list of commands, to find one by typing.
-    Commands,
-    /// The scenario and its settings.
-    Game,
-    /// The list of events.
-    Events,
-    /// Names above the robots.
-    Labels,
-    /// Shadows and smooth edges.
-    FineDrawing,
-    /// The switches of the overlays.
-    Overlays,
-    /// The selected robot.
-    Robot,
-    /// The cameras of all robots.
-    Cameras,
-    /// The lanes of the whole match.
-    Lanes,
-    /// The plots of numbers over time.
-    Plots,
-    /// The repetitions from the moment that is shown.
-    ManyTimes,
-    /// The search for what decided the match.
-    Decided,
-    /// The statistics of the match.
-    Summary,
-    /// The cost of a frame.
-    FrameCost,
-    /// Light panels instead of dark ones.
-    Light,
-    /// Larger panels, thicker lines and a legend of the overlays, for a projector.
-    Projector,
-}
-
 /// The size of panels and their text.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct PanelScale(u8);
@@ -126,74 +87,79 @@ impl Default for PanelScale {
     }
 }
 
-/// Which panels are shown, and how the window is drawn.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct DisplaySettings {
-    /// The use of the window.
-    pub workspace: Workspace,
-    /// The list of keys.
-    pub help: bool,
-    /// The list of commands.
-    pub commands: bool,
-    /// The scenario and its settings.
-    pub game: bool,
-    /// The list of events.
-    pub events: bool,
-    /// Names above the robots.
-    pub labels: bool,
-    /// Shadows and smooth edges.
-    pub fine_drawing: bool,
-    /// Whether the switches of the overlays are shown.
-    pub overlays: bool,
-    /// Whether the panel of the selected robot is shown.
-    pub robot: bool,
-    /// Whether the camera images of all robots are shown.
-    pub cameras: bool,
-    /// Whether the lanes of the whole match are shown.
-    pub lanes: bool,
-    /// Whether the plots of numbers over time are shown.
-    pub plots: bool,
-    /// Whether the repetitions from the shown moment are shown.
-    pub many_times: bool,
-    /// Whether the search for what decided the match is shown.
-    pub decided: bool,
-    /// Whether the statistics of the match are shown. At the end of a match that is watched they are shown in any case.
-    pub summary: bool,
-    /// Whether the cost of a frame is shown.
-    pub frame_cost: bool,
-    /// Whether panels are light instead of dark.
-    pub light: bool,
-    /// Whether the window is for a projector: panels are larger, lines are thicker, and overlays have a legend.
-    pub projector: bool,
-    /// The size of panels.
-    pub panel_scale: PanelScale,
+/// Defines [`Switch`] and [`DisplaySettings`] by a list: the variant, the field, and whether the switch is on at first.
+macro_rules! switches {
+    ($($(#[$documentation:meta])* $variant:ident $field:ident = $default:literal;)*) => {
+        /// A part of the window that can be shown or hidden.
+        #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+        pub enum Switch {
+            $($(#[$documentation])* $variant,)*
+        }
+
+        /// Which panels are shown, and how the window is drawn.
+        #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+        #[serde(default)]
+        pub struct DisplaySettings {
+            /// The use of the window.
+            pub workspace: Workspace,
+            $($(#[$documentation])* pub $field: bool,)*
+            /// The size of panels.
+            pub panel_scale: PanelScale,
+        }
+
+        impl Default for DisplaySettings {
+            fn default() -> Self {
+                let (workspace, panel_scale) = (Workspace::default(), PanelScale::default());
+                Self { workspace, $($field: $default,)* panel_scale }
+            }
+        }
+
+        impl DisplaySettings {
+            /// Returns the value of a switch, to change it.
+            pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
+                match switch {
+                    $(Switch::$variant => &mut self.$field,)*
+                }
+            }
+        }
+    };
 }
 
-impl Default for DisplaySettings {
-    fn default() -> Self {
-        Self {
-            workspace: Workspace::default(),
-            help: false,
-            commands: false,
-            game: false,
-            events: true,
-            labels: true,
-            fine_drawing: true,
-            overlays: false,
-            robot: true,
-            cameras: false,
-            lanes: false,
-            plots: false,
-            many_times: false,
-            decided: false,
-            summary: false,
-            frame_cost: false,
-            light: false,
-            projector: false,
-            panel_scale: PanelScale::default(),
-        }
-    }
+switches! {
+    /// The list of keys.
+    Help help = false;
+    /// The list of commands, to find one by typing.
+    Commands commands = false;
+    /// The scenario and its settings.
+    Game game = false;
+    /// The list of events.
+    Events events = true;
+    /// Names above the robots.
+    Labels labels = true;
+    /// Shadows and smooth edges.
+    FineDrawing fine_drawing = true;
+    /// The switches of the overlays.
+    Overlays overlays = false;
+    /// The selected robot.
+    Robot robot = true;
+    /// The cameras of all robots.
+    Cameras cameras = false;
+    /// The lanes of the whole match.
+    Lanes lanes = false;
+    /// The plots of numbers over time.
+    Plots plots = false;
+    /// The repetitions from the moment that is shown.
+    ManyTimes many_times = false;
+    /// The search for what decided the match.
+    Decided decided = false;
+    /// The statistics of the match. At the end of a match that is watched they are shown in any case.
+    Summary summary = false;
+    /// The cost of a frame.
+    FrameCost frame_cost = false;
+    /// Light panels instead of dark ones.
+    Light light = false;
+    /// Larger panels, thicker lines and a legend of the overlays, for a projector.
+    Projector projector = false;
 }
 
 impl DisplaySettings {
@@ -241,29 +207,6 @@ impl DisplaySettings {
     pub fn close_opened(&mut self) {
         for opened in Self::OPENED {
             *self.of_mut(opened) = false;
-        }
-    }
-
-    /// Returns the value of a switch, to change it.
-    pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
-        match switch {
-            Switch::Help => &mut self.help,
-            Switch::Commands => &mut self.commands,
-            Switch::Game => &mut self.game,
-            Switch::Events => &mut self.events,
-            Switch::Labels => &mut self.labels,
-            Switch::FineDrawing => &mut self.fine_drawing,
-            Switch::Overlays => &mut self.overlays,
-            Switch::Robot => &mut self.robot,
-            Switch::Cameras => &mut self.cameras,
-            Switch::Lanes => &mut self.lanes,
-            Switch::Plots => &mut self.plots,
-            Switch::ManyTimes => &mut self.many_times,
-            Switch::Decided => &mut self.decided,
-            Switch::Summary => &mut self.summary,
-            Switch::FrameCost => &mut self.frame_cost,
-            Switch::Light => &mut self.light,
-            Switch::Projector => &mut self.projector,
         }
     }
 }

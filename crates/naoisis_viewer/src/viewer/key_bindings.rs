@@ -145,17 +145,10 @@ pub const BINDINGS: &[Binding] = &[
 ];
 
 /// The keys of the numbers of robots, from 1.
-const NUMBERS: [KeyCode; 9] = [
-    KeyCode::Digit1,
-    KeyCode::Digit2,
-    KeyCode::Digit3,
-    KeyCode::Digit4,
-    KeyCode::Digit5,
-    KeyCode::Digit6,
-    KeyCode::Digit7,
-    KeyCode::Digit8,
-    KeyCode::Digit9,
-];
+const NUMBERS: [KeyCode; 9] = {
+    use KeyCode::{Digit1, Digit2, Digit3, Digit4, Digit5, Digit6, Digit7, Digit8, Digit9};
+    [Digit1, Digit2, Digit3, Digit4, Digit5, Digit6, Digit7, Digit8, Digit9]
+};
 
 /// Further keys and gestures for the help: group, key, description.
 const OTHERS: &[(&str, &str, &str)] = &[

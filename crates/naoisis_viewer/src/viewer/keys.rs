@@ -158,36 +158,18 @@ fn carry_out(
 ) {
     for action in actions.read() {
         match *action {
-            Action::Command(command) => {
-                viewer_commands.write(command);
-            }
-            Action::Timeline(command) => {
-                moments.write(command);
-            }
-            Action::Find(event) => {
-                events.write(event);
-            }
-            Action::PlayFromHere => {
-                ways.write(BranchCommand::PlayFromHere);
-            }
-            Action::Compare => {
-                comparisons.write(Compare);
-            }
-            Action::View(preset) => {
-                views.write(preset);
-            }
+            Action::Command(command) => _ = viewer_commands.write(command),
+            Action::Timeline(command) => _ = moments.write(command),
+            Action::Find(event) => _ = events.write(event),
+            Action::PlayFromHere => _ = ways.write(BranchCommand::PlayFromHere),
+            Action::Compare => _ = comparisons.write(Compare),
+            Action::View(preset) => _ = views.write(preset),
             // Esc closes first what lies over the match.
             Action::Select(SelectionCommand::Nobody) if display.help => display.help = false,
             Action::Select(SelectionCommand::Nobody) if display.summary => display.summary = false,
-            Action::Select(choice) => {
-                choices.write(choice);
-            }
-            Action::Hand(action) => {
-                hand_actions.write(action);
-            }
-            Action::Teach(action) => {
-                teach_actions.write(action);
-            }
+            Action::Select(choice) => _ = choices.write(choice),
+            Action::Hand(action) => _ = hand_actions.write(action),
+            Action::Teach(action) => _ = teach_actions.write(action),
             Action::ScalePanels(steps) => display.panel_scale = display.panel_scale.larger(steps),
             Action::Toggle(switch) => display.toggle(switch),
             Action::Workspace(workspace) => display.enter(workspace),
@@ -195,15 +177,9 @@ fn carry_out(
                 let workspace = display.workspace.neighbour(steps);
                 display.enter(workspace);
             }
-            Action::Film(film) => {
-                films.write(film);
-            }
-            Action::Share(share) => {
-                shares.write(share);
-            }
-            Action::Picture(request) => {
-                pictures.write(request);
-            }
+            Action::Film(film) => _ = films.write(film),
+            Action::Share(share) => _ = shares.write(share),
+            Action::Picture(request) => _ = pictures.write(request),
             Action::FullScreen => windows.iter_mut().for_each(toggle_full_screen),
             // The dialog reads the action itself.
             Action::OpenFile => {}

@@ -142,8 +142,10 @@ fn show_controls(
 ) -> Result {
     let mut is_read = false;
     let is_over = is_over(&game, &clock, &playback) && !timeline.is_past();
-    let mut send = |action| {
-        actions.write(action);
+    let mut send = |action: Option<Action>| {
+        if let Some(action) = action {
+            actions.write(action);
+        }
     };
     layout::bar_below(contexts.ctx_mut()?, "controls", |ui| {
         // The start page shows it, too.
@@ -161,49 +163,36 @@ fn show_controls(
         }
         // In narrow windows, the buttons take several lines.
         ui.horizontal_wrapped(|ui| {
-            let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
-                ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
-                    .on_hover_text(hint)
-                    .clicked()
+            let button = |ui: &mut egui::Ui, text: &str, hint: &str, action: Action| {
+                let button = egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0));
+                ui.add(button).on_hover_text(hint).clicked().then_some(action)
             };
             let stands = playback.paused || is_over;
             let (pause, hint) = if stands { ("▶", "Continue (Space)") } else { ("⏸", "Pause (Space)") };
-            if button(ui, pause, hint) {
-                send(Action::Command(ViewerCommand::TogglePause));
-            }
-            if button(ui, "⏭", "One cycle (Right)") {
-                send(Action::Command(ViewerCommand::Step));
-            }
+            send(button(ui, pause, hint, Action::Command(ViewerCommand::TogglePause)));
+            send(button(ui, "⏭", "One cycle (Right)", Action::Command(ViewerCommand::Step)));
             ui.separator();
-            if button(ui, "⏪", "Slower (Down)") {
-                send(Action::Command(ViewerCommand::Slower));
-            }
+            send(button(ui, "⏪", "Slower (Down)", Action::Command(ViewerCommand::Slower)));
             end_row_unless_room(ui, SPEED);
-            choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
-            if button(ui, "⏩", "Faster (Up)") {
-                send(Action::Command(ViewerCommand::Faster));
-            }
+            choose_speed(ui, &playback, |speed| send(Some(Action::Command(ViewerCommand::SetSpeed(speed)))));
+            send(button(ui, "⏩", "Faster (Up)", Action::Command(ViewerCommand::Faster)));
             ui.separator();
-            if button(ui, "⟲", "Restart the same match, with the settings of now (R)") {
-                send(Action::Command(ViewerCommand::Restart));
-            }
-            if button(ui, "🎲", "New match with the next seed (Shift R)") {
-                send(Action::Command(ViewerCommand::RestartWithNextSeed));
-            }
+            let hint = "Restart the same match, with the settings of now (R)";
+            send(button(ui, "⟲", hint, Action::Command(ViewerCommand::Restart)));
+            let hint = "New match with the next seed (Shift R)";
+            send(button(ui, "🎲", hint, Action::Command(ViewerCommand::RestartWithNextSeed)));
             if let Some(name) = &before.0 {
                 let hint = format!("{name}, as it was left (Backspace)");
-                if ui.button(bright("Match before")).on_hover_text(hint).clicked() {
-                    send(Action::Command(ViewerCommand::MatchBefore));
-                }
+                let is_asked = ui.button(bright("Match before")).on_hover_text(hint).clicked();
+                send(is_asked.then_some(Action::Command(ViewerCommand::MatchBefore)));
             }
             ui.separator();
-            if button(ui, "?", "Find a command (? or Ctrl K). All keys: H") {
-                send(Action::Toggle(Switch::Commands));
-            }
+            send(button(ui, "?", "Find a command (? or Ctrl K). All keys: H", Action::Toggle(Switch::Commands)));
             ui.separator();
             end_row_unless_room(ui, SCENARIO);
             let own = file.as_ref().map_or_else(String::new, |file| file.name());
-            choose_scenario(ui, (scenario.as_deref(), &own), |name| send(Action::Command(ViewerCommand::Load(name))));
+            let load = |name| send(Some(Action::Command(ViewerCommand::Load(name))));
+            choose_scenario(ui, (scenario.as_deref(), &own), load);
             ui.add(egui::Label::new(dim(status(&playback, &clock, scenario.as_deref(), is_over))).extend());
         });
     });

@@ -1,12 +1,14 @@
 //! Strokes of the pen on the pitch.
 
 use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// The least length of a stroke, m. Shorter drags are ignored.
 const SHORTEST_M: f32 = 0.05;
 
 /// A stroke of the pen, m, pitch frame.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum PenMark {
     /// An arrow from the first point to the second.
     Arrow(Vec2, Vec2),

@@ -130,26 +130,16 @@ const GAMEPAD_KICKS: [(GamepadButton, DrivenKick); 6] = [
 ];
 
 /// The keys that have another meaning while a robot is driven.
-const TAKEN: [KeyCode; 18] = [
-    KeyCode::KeyW,
-    KeyCode::KeyA,
-    KeyCode::KeyS,
-    KeyCode::KeyD,
-    KeyCode::KeyQ,
-    KeyCode::KeyE,
-    KeyCode::KeyI,
-    KeyCode::KeyJ,
-    KeyCode::KeyK,
-    KeyCode::KeyL,
-    KeyCode::KeyU,
-    KeyCode::Digit1,
-    KeyCode::Digit2,
-    KeyCode::Digit3,
-    KeyCode::Digit4,
-    KeyCode::Digit5,
-    KeyCode::Digit6,
-    KeyCode::Digit7,
-];
+const TAKEN: [KeyCode; 18] = {
+    use KeyCode::{
+        Digit1, Digit2, Digit3, Digit4, Digit5, Digit6, Digit7, KeyA, KeyD, KeyE, KeyI, KeyJ, KeyK, KeyL, KeyQ, KeyS,
+        KeyU, KeyW,
+    };
+    [
+        KeyW, KeyA, KeyS, KeyD, KeyQ, KeyE, KeyI, KeyJ, KeyK, KeyL, KeyU, Digit1, Digit2, Digit3, Digit4, Digit5,
+        Digit6, Digit7,
+    ]
+};
 
 impl Driving {
     /// Returns whether the key currently drives a robot.

@@ -106,10 +106,7 @@ mod tests {
             calls.filter(|call| call.intervention.is_some()).map(|call| call.text).collect()
         };
         let of_match = [
-            "Stop briefly",
-            "Time-out of the referee",
-            "Time-out of blue: 1 left",
-            "Kick-off of blue",
+            "Stop briefly", "Time-out of the referee", "Time-out of blue: 1 left", "Kick-off of blue",
             "Kick-off of pink",
         ];
         assert_eq!(possible(None), of_match);

@@ -9,6 +9,7 @@ use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
+use strum::VariantArray;
 
 use super::display_settings::{DisplaySettings, Workspace, is_watching};
 use super::pitch_frame::{PitchFrameSystems, between};
@@ -79,7 +80,7 @@ impl Plugin for OverlaysPlugin {
 pub struct OverlaySystems;
 
 /// The kinds of overlays of robots.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash, Serialize, Deserialize, VariantArray)]
 #[serde(rename_all = "snake_case")]
 pub enum Overlay {
     /// The ground that its cameras see.
@@ -104,17 +105,7 @@ pub enum Overlay {
 
 impl Overlay {
     /// All kinds.
-    pub const ALL: [Overlay; 9] = [
-        Overlay::FieldsOfView,
-        Overlay::Sonar,
-        Overlay::Percepts,
-        Overlay::Beliefs,
-        Overlay::Targets,
-        Overlay::Drawings,
-        Overlay::Bounds,
-        Overlay::KickAreas,
-        Overlay::Trails,
-    ];
+    pub const ALL: [Overlay; Overlay::VARIANTS.len()] = *Overlay::VARIANTS.first_chunk().expect("as many as there are");
 
     /// Returns the name in the window.
     pub fn name(self) -> &'static str {

@@ -10,11 +10,11 @@ use super::field::{Field, KnownField, Source, Subject};
 use super::read_components;
 use crate::viewer::cycle_samples::CycleSample;
 use crate::viewer::keyframes::{Keyframes, MakeApp};
-use crate::viewer::rebuild::is_same;
 use crate::viewer::theme::tenths;
 use naoisis_core::cycle::{CycleClock, try_run_cycle};
 use naoisis_record::record::beliefs::Sensed;
 use naoisis_record::record::history::History;
+use naoisis_record::whatif::is_same;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::interface::fields::Fields;
 
@@ -160,7 +160,7 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
         if cycle.is_multiple_of(AT_ONCE) {
             gathered.say(cycle)?;
             let record = task.history.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
-            if record.is_some_and(|record| !is_same(&mut app, &record, &task.recorded)) {
+            if record.is_some_and(|record| !is_same(&app, &record, &task.recorded)) {
                 gathered.values.clear();
                 let at = tenths(app.world().resource::<CycleClock>().end_time_s());
                 return gathered.fail(

@@ -13,8 +13,6 @@ use std::thread;
 
 mod worker;
 
-pub(super) use worker::is_same;
-
 use super::behaviour_state::{BehaviourState, state_of};
 use super::display_settings::DisplaySettings;
 use super::keyframes::{Keyframes, Simulator};

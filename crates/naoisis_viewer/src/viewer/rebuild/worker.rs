@@ -13,18 +13,14 @@ use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
-use naoisis_record::whatif::Moment;
+use naoisis_record::whatif::{Moment, is_same};
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sensing::sensing::vision::{MissedObject, Percepts, Unrecognised};
-use naoisis_sim::interface::cycle_record::CycleRecord;
-use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::BehaviourSpec;
 use naoisis_sim::simulation::{MatchApp, situation};
 
 /// The number of cycles between two checks for requests.
 const AT_ONCE: usize = 10;
-/// The tolerance of poses and positions when a replay is compared with records, m: these have rounded numbers.
-const SAME_M: f32 = 2e-3;
 
 /// Serves requests until the sender is dropped.
 pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &Sender<Reply>) {
@@ -125,7 +121,7 @@ impl Again {
         // Only some cycles are compared, because reading a record takes longer than playing a cycle.
         let cycle = self.until();
         let record = self.play.records.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
-        self.is_other = record.is_some_and(|record| !is_same(&mut self.app, &record, &self.play.fields));
+        self.is_other = record.is_some_and(|record| !is_same(&self.app, &record, &self.play.fields));
         self.is_over = self.is_other;
         let reply = if self.is_other { Reply::Differs(cycle) } else { Reply::PlayedAgain(cycle) };
         let _nobody_listens = replies.send(reply);
@@ -140,20 +136,6 @@ fn is_from_outside(behaviour: &BehaviourSpec) -> bool {
         BehaviourSpec::Named(name) => name == REMOTE || name == "booster",
         BehaviourSpec::Script(_) | BehaviourSpec::Policy(_) => false,
     }
-}
-
-/// Whether the match agrees with a record, as far as the record goes.
-pub(in crate::viewer) fn is_same(app: &mut App, record: &CycleRecord, fields: &Fields) -> bool {
-    let is_near = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
-    let mut same = !fields.has("robots.pose")
-        || record
-            .robots
-            .iter()
-            .all(|robot| app.robot_pose(robot.id).is_some_and(|here| is_near(here.position, robot.pose.position)));
-    if let (Some(ball), Some(here)) = (&record.ball, app.ball()) {
-        same &= is_near(here.position, ball.position_m.truncate());
-    }
-    same
 }
 
 /// The match in which single moments are rebuilt.

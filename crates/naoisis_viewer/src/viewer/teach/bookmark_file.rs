@@ -48,20 +48,12 @@ struct KeptBookmark {
     cycle: u64,
     caption: String,
     #[serde(default)]
-    marks: Vec<KeptMark>,
+    marks: Vec<PenMark>,
     #[serde(default)]
     selected: Option<RobotId>,
     #[serde(default)]
     robots_world: bool,
     view: KeptView,
-}
-
-/// A stroke of the pen: from a point to another, or around one through another, m, pitch frame.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum KeptMark {
-    Arrow([[f32; 2]; 2]),
-    Zone([[f32; 2]; 2]),
 }
 
 /// The camera of a bookmark.
@@ -80,14 +72,10 @@ struct KeptView {
 impl From<&Bookmark> for KeptBookmark {
     fn from(bookmark: &Bookmark) -> Self {
         let view = bookmark.camera.wanted;
-        let mark = |mark: &PenMark| match mark {
-            PenMark::Arrow(from, to) => KeptMark::Arrow([from.to_array(), to.to_array()]),
-            PenMark::Zone(centre, edge) => KeptMark::Zone([centre.to_array(), edge.to_array()]),
-        };
         Self {
             cycle: bookmark.cycle,
             caption: bookmark.caption.clone(),
-            marks: bookmark.marks.iter().map(mark).collect(),
+            marks: bookmark.marks.clone(),
             selected: bookmark.selected,
             robots_world: bookmark.robots_world,
             view: KeptView {
@@ -103,11 +91,6 @@ impl From<&Bookmark> for KeptBookmark {
 
 impl From<KeptBookmark> for Bookmark {
     fn from(kept: KeptBookmark) -> Self {
-        let places = |[one, other]: [[f32; 2]; 2]| (Vec2::from(one), Vec2::from(other));
-        let mark = |mark: &KeptMark| match *mark {
-            KeptMark::Arrow(ends) => PenMark::Arrow(places(ends).0, places(ends).1),
-            KeptMark::Zone(ends) => PenMark::Zone(places(ends).0, places(ends).1),
-        };
         let view = Viewpoint {
             focus: kept.view.focus_m.into(),
             azimuth: to_radians(kept.view.azimuth_deg),
@@ -117,7 +100,7 @@ impl From<KeptBookmark> for Bookmark {
         Self {
             cycle: kept.cycle,
             caption: kept.caption,
-            marks: kept.marks.iter().map(mark).collect(),
+            marks: kept.marks,
             selected: kept.selected,
             robots_world: kept.robots_world,
             camera: ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit },
