@@ -32,100 +32,61 @@ struct Quantity {
     of: fn(&RobotRecord, End, &mut Vec<f32>),
 }
 
+const fn quantity(
+    name: &'static str,
+    parts: &'static [&'static str],
+    numbers: usize,
+    of: fn(&RobotRecord, End, &mut Vec<f32>),
+) -> Quantity {
+    Quantity { name, parts, numbers, of }
+}
+
 /// The columns of a robot. Missing quantities are NaN.
 const QUANTITIES: [Quantity; 14] = [
-    Quantity { name: "pose", parts: &["robots.pose"], numbers: 3, of: |robot, _, row| row.extend(pose(robot.pose)) },
-    Quantity {
-        name: "velocity",
-        parts: &["robots.velocity"],
-        numbers: 3,
-        of: |robot, _, row| {
-            let velocity = robot.velocity;
-            row.extend([velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)]);
-        },
-    },
-    Quantity {
-        name: "head_deg",
-        parts: &["robots.head_deg"],
-        numbers: 2,
-        of: |robot, _, row| row.extend([robot.head.yaw, robot.head.pitch].map(to_degrees)),
-    },
-    Quantity {
-        name: "odometry",
-        parts: &["robots.odometry"],
-        numbers: 3,
-        of: |robot, _, row| row.extend(pose(robot.odometry)),
-    },
-    Quantity {
-        name: "sonar_m",
-        parts: &["robots.sonar_m"],
-        numbers: 2,
-        of: |robot, _, row| {
-            row.extend([robot.sonar_m.left, robot.sonar_m.right].map(|heard| heard.unwrap_or(f32::NAN)));
-        },
-    },
-    Quantity {
-        name: "penalised",
-        parts: &["robots.penalised"],
-        numbers: 1,
-        of: |robot, _, row| row.push(f32::from(u8::from(robot.penalised.is_some()))),
-    },
-    Quantity {
-        name: "seen_ball_m",
-        parts: &["robots.percepts"],
-        numbers: 2,
-        of: |robot, _, row| row.extend(place(robot.percepts.ball.map(|ball| ball.position_m))),
-    },
-    Quantity {
-        name: "belief_pose",
-        parts: &["robots.belief"],
-        numbers: 3,
-        of: |robot, _, row| row.extend(robot.belief.as_ref().map_or([f32::NAN; 3], |belief| pose(belief.pose))),
-    },
-    Quantity {
-        name: "belief_ball_m",
-        parts: &["robots.belief"],
-        numbers: 2,
-        of: |robot, _, row| row.extend(place(believed_ball(robot.belief.as_ref()))),
-    },
-    Quantity { name: "own_end", parts: &["game.blue_end"], numbers: 1, of: |_, own_end, row| row.push(own_end.sign()) },
-    Quantity {
-        name: "pitch_belief_pose",
-        parts: &["robots.belief", "game.blue_end"],
-        numbers: 3,
-        of: |robot, own_end, row| {
-            let belief = robot.belief.as_ref();
-            row.extend(belief.map_or([f32::NAN; 3], |belief| pose(belief.pose_in_pitch(own_end))));
-        },
-    },
-    Quantity {
-        name: "pitch_belief_ball_m",
-        parts: &["robots.belief", "game.blue_end"],
-        numbers: 2,
-        of: |robot, own_end, row| {
-            let ball = believed_ball(robot.belief.as_ref());
-            row.extend(place(ball.map(|ball| point_pitch_from_team(ball, own_end))));
-        },
-    },
-    Quantity {
-        name: "walk",
-        parts: &["robots.command"],
-        numbers: 3,
-        of: |robot, _, row| {
-            let walk = robot.command.as_ref().map(|command| command.walk.unwrap_or_default());
-            row.extend(walk.map_or([f32::NAN; 3], |walk| [walk.dx, walk.dy, to_degrees(walk.dtheta)]));
-        },
-    },
-    Quantity {
-        name: "kicks",
-        parts: &["robots.command"],
-        numbers: 1,
-        of: |robot, _, row| {
-            let kicks = robot.command.as_ref().map(|command| command.kick.is_some());
-            row.push(kicks.map_or(f32::NAN, |kicks| f32::from(u8::from(kicks))));
-        },
-    },
+    quantity("pose", &["robots.pose"], 3, |robot, _, row| row.extend(pose(robot.pose))),
+    quantity("velocity", &["robots.velocity"], 3, |robot, _, row| {
+        let velocity = robot.velocity;
+        row.extend([velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)]);
+    }),
+    quantity("head_deg", &["robots.head_deg"], 2, |robot, _, row| {
+        row.extend([robot.head.yaw, robot.head.pitch].map(to_degrees));
+    }),
+    quantity("odometry", &["robots.odometry"], 3, |robot, _, row| row.extend(pose(robot.odometry))),
+    quantity("sonar_m", &["robots.sonar_m"], 2, |robot, _, row| {
+        row.extend([robot.sonar_m.left, robot.sonar_m.right].map(|heard| heard.unwrap_or(f32::NAN)));
+    }),
+    quantity("penalised", &["robots.penalised"], 1, |robot, _, row| row.push(number(robot.penalised.is_some()))),
+    quantity("seen_ball_m", &["robots.percepts"], 2, |robot, _, row| {
+        row.extend(place(robot.percepts.ball.map(|ball| ball.position_m)));
+    }),
+    quantity("belief_pose", &["robots.belief"], 3, |robot, _, row| {
+        row.extend(robot.belief.as_ref().map_or([f32::NAN; 3], |belief| pose(belief.pose)));
+    }),
+    quantity("belief_ball_m", &["robots.belief"], 2, |robot, _, row| {
+        row.extend(place(believed_ball(robot.belief.as_ref())));
+    }),
+    quantity("own_end", &["game.blue_end"], 1, |_, own_end, row| row.push(own_end.sign())),
+    quantity("pitch_belief_pose", &["robots.belief", "game.blue_end"], 3, |robot, own_end, row| {
+        let belief = robot.belief.as_ref();
+        row.extend(belief.map_or([f32::NAN; 3], |belief| pose(belief.pose_in_pitch(own_end))));
+    }),
+    quantity("pitch_belief_ball_m", &["robots.belief", "game.blue_end"], 2, |robot, own_end, row| {
+        let ball = believed_ball(robot.belief.as_ref());
+        row.extend(place(ball.map(|ball| point_pitch_from_team(ball, own_end))));
+    }),
+    quantity("walk", &["robots.command"], 3, |robot, _, row| {
+        let walk = robot.command.as_ref().map(|command| command.walk.unwrap_or_default());
+        row.extend(walk.map_or([f32::NAN; 3], |walk| [walk.dx, walk.dy, to_degrees(walk.dtheta)]));
+    }),
+    quantity("kicks", &["robots.command"], 1, |robot, _, row| {
+        row.push(robot.command.as_ref().map_or(f32::NAN, |command| number(command.kick.is_some())));
+    }),
 ];
+
+/// Returns 1 for true and 0 for false.
+fn number(truth: bool) -> f32 {
+    f32::from(u8::from(truth))
+}
 
 fn pose(pose: Pose) -> [f32; 3] {
     [pose.position.x, pose.position.y, to_degrees(pose.heading)]

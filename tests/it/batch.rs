@@ -58,16 +58,7 @@ fn a_merged_table_is_never_written_over_a_part() {
 }
 
 const WITH_MISTAKES: [&str; 11] = [
-    "batch",
-    "match3v3",
-    "--matches",
-    "4",
-    "--duration",
-    "15",
-    "--csv",
-    "rows.csv",
-    "--mistakes",
-    "mistakes.csv",
+    "batch", "match3v3", "--matches", "4", "--duration", "15", "--csv", "rows.csv", "--mistakes", "mistakes.csv",
     "--quiet",
 ];
 

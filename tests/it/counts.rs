@@ -27,17 +27,8 @@ struct Reports {
 
 fn reports(scenario: &Scenario) -> Reports {
     let quantities = [
-        "goals",
-        "own_goals",
-        "kicks",
-        "passes_completed",
-        "shots",
-        "shots_on_target",
-        "saves",
-        "penalties",
-        "falls",
-        "possession_percent",
-        "ball_given_away",
+        "goals", "own_goals", "kicks", "passes_completed", "shots", "shots_on_target", "saves", "penalties", "falls",
+        "possession_percent", "ball_given_away",
     ];
     let expected: Vec<Expectation> = ["blue", "pink"]
         .iter()

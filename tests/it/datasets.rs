@@ -43,15 +43,7 @@ fn a_league_is_enough_and_a_second_call_finds_all_there() {
     let looks = r#"{ "scenes": { "first_s": [0.1, 0.2], "gap_s": [0.1, 0.2] } }"#;
     fs::write(folder.path().join("quick.json"), looks).unwrap();
     let command = [
-        "dataset",
-        "hsl2026_small_foundation",
-        "--out",
-        "set",
-        "--images",
-        "2",
-        "--size",
-        "64x48",
-        "--looks",
+        "dataset", "hsl2026_small_foundation", "--out", "set", "--images", "2", "--size", "64x48", "--looks",
         "quick.json",
     ];
     let first = naoisis(folder.path(), &command);

@@ -125,11 +125,7 @@ fn what_cannot_be_printed_or_written_fails_by_name() {
 fn a_closed_pipe_ends_a_command_without_an_error() {
     let folder = folder();
     for line in [
-        "--help",
-        "run short.json",
-        "run match3v3 --trace -",
-        "batch short.json --matches 1",
-        "check short.json",
+        "--help", "run short.json", "run match3v3 --trace -", "batch short.json --matches 1", "check short.json",
         "list teams",
     ] {
         let mut child = command(folder.path(), line).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

@@ -20,18 +20,8 @@ fn matches_are_compared_with_the_figures_of_ones_own_first() {
     let own = r#"(name: "my cup", year: "2026", figures: { "kicks": (value: 100, low: 90, high: 110, n: 3, of: "matches", source: "my own count") })"#;
     fs::write(folder.path().join("own.ron"), own).unwrap();
     let arguments = [
-        "realism",
-        "--match",
-        "--matches",
-        "2",
-        "--set",
-        "duration_s=60",
-        "--set",
-        "rules.standby_s=0",
-        "--real",
-        "own.ron",
-        "--json",
-        "rows.json",
+        "realism", "--match", "--matches", "2", "--set", "duration_s=60", "--set", "rules.standby_s=0", "--real",
+        "own.ron", "--json", "rows.json",
     ];
     let output = naoisis(folder.path(), &arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));

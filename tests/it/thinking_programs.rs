@@ -43,13 +43,7 @@ fn what_a_program_thinks_is_in_the_trace_and_measured_like_the_built_in_beliefs(
     fs::write(folder.path().join("match.json"), scenario).unwrap();
     let program = format!("PYTHONPATH={}", path_of("clients/python").display());
     let words = [
-        "run",
-        "match.json",
-        "--agent-timeout",
-        "60",
-        "--trace",
-        "t.jsonl",
-        "--trace-fields",
+        "run", "match.json", "--agent-timeout", "60", "--trace", "t.jsonl", "--trace-fields",
         "robots,robots.reasons,events",
     ];
     let measures = ["--beliefs", "b.csv", "--mistakes", "m.json", "--expect", "pink2.pose_error_m < 0.02"];

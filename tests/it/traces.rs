@@ -321,14 +321,8 @@ fn fields_are_named_as_traces_have_them() {
 /// The names of all fields in a value, but for those within parts that have their own description.
 fn names_in(value: &Value, path: &str, names: &mut BTreeSet<String>) {
     const DESCRIBED_ELSEWHERE: [&str; 8] = [
-        "events",
-        "robots.inbox.say",
-        "robots.command.say",
-        "robots.command.posture",
-        "robots.drawings",
-        "robots.sensors",
-        "robots.values",
-        "robots.posture",
+        "events", "robots.inbox.say", "robots.command.say", "robots.command.posture", "robots.drawings",
+        "robots.sensors", "robots.values", "robots.posture",
     ];
     let of_teams = ["blue", "pink"];
     match value {

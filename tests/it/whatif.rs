@@ -10,21 +10,8 @@ fn played(folder: &Path) {
     let output = naoisis(
         folder,
         &[
-            "run",
-            "match3v3",
-            "--realism",
-            "realistic",
-            "--duration",
-            "15",
-            "--seed",
-            "4",
-            "--trace",
-            "m.jsonl",
-            "--save",
-            "m.naoisis",
-            "--save-at",
-            "10",
-            "--quiet",
+            "run", "match3v3", "--realism", "realistic", "--duration", "15", "--seed", "4", "--trace", "m.jsonl",
+            "--save", "m.naoisis", "--save-at", "10", "--quiet",
         ],
     );
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -61,13 +48,8 @@ fn what_cannot_change_in_the_middle_of_a_match_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     played(folder.path());
     for setting in [
-        "model=booster_k1",
-        "realism=ideal",
-        "league=spl2025",
-        "seed=3",
-        "ball.radius_m=0.1",
-        "teams.blue.model=nao_v6",
-        "teams.blue=chasers",
+        "model=booster_k1", "realism=ideal", "league=spl2025", "seed=3", "ball.radius_m=0.1",
+        "teams.blue.model=nao_v6", "teams.blue=chasers",
     ] {
         let output = naoisis(folder.path(), &["whatif", "m.naoisis", "--times", "1", "--until", "1", "--set", setting]);
         let (path, _) = setting.split_once('=').unwrap();

@@ -75,16 +75,8 @@ impl fmt::Display for Knowledge {
 /// Whether the type with this path belongs to naoisis, rather than to Bevy or a user.
 pub fn is_of_naoisis(type_path: &str) -> bool {
     const CRATES: [&str; 10] = [
-        "naoisis",
-        "naoisis_agents",
-        "naoisis_cli",
-        "naoisis_core",
-        "naoisis_gpu",
-        "naoisis_lab",
-        "naoisis_record",
-        "naoisis_sensing",
-        "naoisis_sim",
-        "naoisis_viewer",
+        "naoisis", "naoisis_agents", "naoisis_cli", "naoisis_core", "naoisis_gpu", "naoisis_lab", "naoisis_record",
+        "naoisis_sensing", "naoisis_sim", "naoisis_viewer",
     ];
     type_path.split_once("::").is_some_and(|(name, _)| CRATES.contains(&name))
 }

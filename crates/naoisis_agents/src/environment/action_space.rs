@@ -18,14 +18,7 @@ pub const SAYS: [(&str, &str); 1 + MOST_WORDS as usize] = [
 
 /// The choices of what to say, for actions that are choices: nothing, or one of the words.
 pub const SPOKEN: [&str; 1 + MOST_WORDS as usize] = [
-    "say_nothing",
-    "say_word1",
-    "say_word2",
-    "say_word3",
-    "say_word4",
-    "say_word5",
-    "say_word6",
-    "say_word7",
+    "say_nothing", "say_word1", "say_word2", "say_word3", "say_word4", "say_word5", "say_word6", "say_word7",
     "say_word8",
 ];
 

@@ -83,12 +83,7 @@ mod tests {
     #[test]
     fn a_player_is_a_word() {
         for word in [
-            "random",
-            "ahead",
-            "striker",
-            "team roles",
-            "open loop of team roles",
-            "exec:python3 'my team.py'",
+            "random", "ahead", "striker", "team roles", "open loop of team roles", "exec:python3 'my team.py'",
             "policy:score.onnx",
         ] {
             let Ok(player) = word.parse::<ChallengePlayer>();

@@ -41,7 +41,6 @@ mod agents;
 mod batch;
 mod batch_summary;
 mod begin;
-mod beliefs;
 #[cfg(feature = "booster")]
 mod booster;
 mod calibrate;

@@ -4,7 +4,6 @@
 use bevy::prelude::*;
 use clap::Args;
 
-use super::beliefs::BeliefArguments;
 use super::live::LiveArguments;
 use super::logs::LogArguments;
 use super::outputs::Output;
@@ -38,7 +37,6 @@ macro_rules! recordings {
 recordings! {
     pictures: PictureArguments,
     trace: TraceArguments,
-    beliefs: BeliefArguments,
     reviews: ReviewArguments,
     logs: LogArguments,
     live: LiveArguments,

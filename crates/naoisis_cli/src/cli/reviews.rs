@@ -1,4 +1,4 @@
-//! The mistakes and the summary of `naoisis run`.
+//! The errors of beliefs, the mistakes and the summary of `naoisis run`.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -6,13 +6,17 @@ use std::path::PathBuf;
 
 use super::outputs::{Output, STANDARD_OUTPUT};
 use super::recording::Recording;
+use naoisis_record::record::beliefs::BeliefRecorder;
 use naoisis_record::record::mistake_recorder::MistakeRecorder;
 use naoisis_record::record::recorder::Recorder;
 use naoisis_record::record::summary_recorder::SummaryRecorder;
 
-/// The arguments about mistakes and the summary.
+/// The arguments about errors of beliefs, mistakes and the summary.
 #[derive(Args, Debug, Clone, Default)]
 pub struct ReviewArguments {
+    /// Write the errors of the robots' beliefs to a .csv file, and print a summary at the end
+    #[arg(long, value_name = "FILE")]
+    pub beliefs: Option<PathBuf>,
     /// Find mistakes of robots (lost balls and poses, missed kicks, balls given away, ...): a .json file, and a table
     /// at the end
     #[arg(long, value_name = "FILE")]
@@ -25,7 +29,7 @@ pub struct ReviewArguments {
 
 impl ReviewArguments {
     fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
-        let files = [("--mistakes", &self.mistakes), ("--summary", &self.summary)];
+        let files = [("--beliefs", &self.beliefs), ("--mistakes", &self.mistakes), ("--summary", &self.summary)];
         files.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?)))
     }
 }
@@ -49,6 +53,9 @@ impl Recording for ReviewArguments {
 
     fn open(&self, _: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
         let mut recorders: Vec<Box<dyn Recorder>> = Vec::new();
+        if let Some(path) = &self.beliefs {
+            recorders.push(Box::new(BeliefRecorder::create(path).map_err(|error| format!("--beliefs: {error}"))?));
+        }
         if let Some(path) = &self.mistakes {
             recorders.push(Box::new(MistakeRecorder::create(path).map_err(|error| format!("--mistakes: {error}"))?));
         }

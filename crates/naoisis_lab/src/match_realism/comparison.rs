@@ -12,21 +12,8 @@ use naoisis_core::statistics::Estimate;
 
 /// The columns of the table in CSV.
 const CSV_COLUMNS: [&str; 15] = [
-    "key",
-    "name",
-    "unit",
-    "value",
-    "low",
-    "high",
-    "real",
-    "real_low",
-    "real_high",
-    "year",
-    "n",
-    "source",
-    "ratio",
-    "mark",
-    "is_off",
+    "key", "name", "unit", "value", "low", "high", "real", "real_low", "real_high", "year", "n", "source", "ratio",
+    "mark", "is_off",
 ];
 
 /// The certainty of a row's real figure, as a mark.

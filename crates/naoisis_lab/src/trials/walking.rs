@@ -97,6 +97,10 @@ struct Row {
     path: &'static str,
 }
 
+fn row([name, unit, path]: [&'static str; 3], measured: f64, real: f32) -> Row {
+    Row { name, unit, measured, real, path }
+}
+
 /// Walks at full speed in each direction, and turns on the spot.
 struct Walks {
     forward: Vec<Walk>,
@@ -163,62 +167,44 @@ fn walk_rows(walks: &Walks, real: &Scenario) -> Vec<Row> {
     let of_gait = |path| if motion.gait.is_some() { path } else { "motion.max_linear_mps" };
     let speed = |name, walks: &[Walk], real: f32, path| {
         let measured = mean(walks, |walk| walk.speed_mps);
-        Row { name, unit: "m/s", measured, real: slip.scale * real, path }
+        row([name, "m/s", path], measured, slip.scale * real)
     };
     vec![
         speed("speed forward", forward, motion.max_linear_mps, "motion.max_linear_mps"),
         speed("speed backward", &walks.backward, gait.backward_mps, of_gait("motion.gait.backward_mps")),
         speed("speed sideways", &walks.sideways, gait.sideways_mps, of_gait("motion.gait.sideways_mps")),
         speed("speed at 45°", &walks.aslant, aslant_mps, of_gait("motion.gait.volume")),
-        Row {
-            name: "from standing to full speed",
-            unit: "s",
-            measured: mean(forward, |walk| walk.started_s),
-            real: start_s(real, motion.max_linear_mps, gait.acceleration_mps2),
-            path: "motion.gait.acceleration_mps2",
-        },
-        Row {
-            name: "way walked for a way of the legs",
-            unit: "",
-            measured: mean_of(&shares),
-            real: slip.scale,
-            path: "motion.gait.slip.scale",
-        },
-        Row {
-            name: "spread of that over walks of a metre",
-            unit: "",
-            measured: deviation_of(&shares),
-            real: ops::hypot(slip.scale_sd, slip.error.translation_sd_m / ops::sqrt(way)),
-            path: "motion.gait.slip.scale_sd",
-        },
-        Row {
-            name: "drift of the heading on a straight metre",
-            unit: "°",
-            measured: deviation_of(&drifts),
-            real: to_degrees(ops::hypot(slip.drift_sd, slip.error.heading_per_metre_sd / ops::sqrt(way))),
-            path: "motion.gait.slip.drift_sd_degpm",
-        },
-        Row {
-            name: "odometry: way counted for a way of the legs",
-            unit: "",
-            measured: mean_of(&counted),
-            real: noise.translation_scale,
-            path: "odometry.noise.translation_scale",
-        },
-        Row {
-            name: "odometry: spread after a metre",
-            unit: "m",
-            measured: deviation_of(&counted) * f64::from(ops::sqrt(way)),
-            real: noise.translation_sd_m,
-            path: "odometry.noise.translation_sd_m",
-        },
-        Row {
-            name: "odometry: spread of the heading after a metre",
-            unit: "°",
-            measured: deviation_of(&headings),
-            real: to_degrees(noise.heading_per_metre_sd),
-            path: "odometry.noise.heading_per_metre_sd_deg",
-        },
+        row(
+            ["from standing to full speed", "s", "motion.gait.acceleration_mps2"],
+            mean(forward, |walk| walk.started_s),
+            start_s(real, motion.max_linear_mps, gait.acceleration_mps2),
+        ),
+        row(["way walked for a way of the legs", "", "motion.gait.slip.scale"], mean_of(&shares), slip.scale),
+        row(
+            ["spread of that over walks of a metre", "", "motion.gait.slip.scale_sd"],
+            deviation_of(&shares),
+            ops::hypot(slip.scale_sd, slip.error.translation_sd_m / ops::sqrt(way)),
+        ),
+        row(
+            ["drift of the heading on a straight metre", "°", "motion.gait.slip.drift_sd_degpm"],
+            deviation_of(&drifts),
+            to_degrees(ops::hypot(slip.drift_sd, slip.error.heading_per_metre_sd / ops::sqrt(way))),
+        ),
+        row(
+            ["odometry: way counted for a way of the legs", "", "odometry.noise.translation_scale"],
+            mean_of(&counted),
+            noise.translation_scale,
+        ),
+        row(
+            ["odometry: spread after a metre", "m", "odometry.noise.translation_sd_m"],
+            deviation_of(&counted) * f64::from(ops::sqrt(way)),
+            noise.translation_sd_m,
+        ),
+        row(
+            ["odometry: spread of the heading after a metre", "°", "odometry.noise.heading_per_metre_sd_deg"],
+            deviation_of(&headings),
+            to_degrees(noise.heading_per_metre_sd),
+        ),
     ]
 }
 
@@ -230,34 +216,26 @@ fn turn_rows(turns: &[Walk], real: &Scenario) -> Vec<Row> {
     let turned = values(turns, |walk| of_radian(walk, walk.turns[0] - walk.turns[1]));
     let counted = values(turns, |walk| of_radian(walk, walk.turns[2] - walk.turns[1]));
     vec![
-        Row {
-            name: "turn",
-            unit: "°/s",
-            measured: mean(turns, |walk| walk.turn_degps),
-            real: to_degrees(motion.max_angular),
-            path: "motion.max_angular_degps",
-        },
-        Row {
-            name: "from standing to the full turn",
-            unit: "s",
-            measured: mean(turns, |walk| walk.started_s),
-            real: start_s(real, motion.max_angular, gait.angular_acceleration),
-            path: "motion.gait.angular_acceleration_degps2",
-        },
-        Row {
-            name: "spread of a turn by a radian",
-            unit: "°",
-            measured: deviation_of(&turned),
-            real: to_degrees(gait.slip.error.rotation_sd),
-            path: "motion.gait.slip.error",
-        },
-        Row {
-            name: "odometry: spread after a turn of a radian",
-            unit: "°",
-            measured: deviation_of(&counted),
-            real: to_degrees(noise.rotation_sd),
-            path: "odometry.noise.rotation_sd_deg",
-        },
+        row(
+            ["turn", "°/s", "motion.max_angular_degps"],
+            mean(turns, |walk| walk.turn_degps),
+            to_degrees(motion.max_angular),
+        ),
+        row(
+            ["from standing to the full turn", "s", "motion.gait.angular_acceleration_degps2"],
+            mean(turns, |walk| walk.started_s),
+            start_s(real, motion.max_angular, gait.angular_acceleration),
+        ),
+        row(
+            ["spread of a turn by a radian", "°", "motion.gait.slip.error"],
+            deviation_of(&turned),
+            to_degrees(gait.slip.error.rotation_sd),
+        ),
+        row(
+            ["odometry: spread after a turn of a radian", "°", "odometry.noise.rotation_sd_deg"],
+            deviation_of(&counted),
+            to_degrees(noise.rotation_sd),
+        ),
     ]
 }
 

@@ -117,17 +117,8 @@ impl ClassNames {
 
 /// Names of the key points of a robot, in their order.
 pub const KEYPOINTS: [&str; 11] = [
-    "head",
-    "left_shoulder",
-    "right_shoulder",
-    "left_hand",
-    "right_hand",
-    "left_hip",
-    "right_hip",
-    "left_knee",
-    "right_knee",
-    "left_foot",
-    "right_foot",
+    "head", "left_shoulder", "right_shoulder", "left_hand", "right_hand", "left_hip", "right_hip", "left_knee",
+    "right_knee", "left_foot", "right_foot",
 ];
 
 /// Index of the key point that each becomes in a mirrored image.

@@ -238,23 +238,8 @@ impl Recorder for BeliefRecorder {
 /// The columns of the summary: medians and quantiles; the shares of the time in which the pose error is over 0.5 m and over 1 m; how often
 /// the truth is inside the 95 % ellipse; and the mean number of false tracks.
 const COLUMNS: [&str; 17] = [
-    "robot",
-    "position m",
-    "90 %",
-    "most",
-    "over 0.5 m",
-    "over 1 m",
-    "heading deg",
-    "90 %",
-    "in 95 %",
-    "ball m",
-    "ball m/s",
-    "in 95 %",
-    "found after s",
-    "opponent m",
-    "in 95 %",
-    "found after s",
-    "false tracks",
+    "robot", "position m", "90 %", "most", "over 0.5 m", "over 1 m", "heading deg", "90 %", "in 95 %", "ball m",
+    "ball m/s", "in 95 %", "found after s", "opponent m", "in 95 %", "found after s", "false tracks",
 ];
 
 /// Formats rows with aligned columns.

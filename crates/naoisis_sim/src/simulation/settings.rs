@@ -153,22 +153,9 @@ mod tests {
             assert!(changes(path), "{path}");
         }
         for path in [
-            "model",
-            "realism",
-            "realism.kicks",
-            "league",
-            "seed",
-            "body.height_m",
-            "ball",
-            "ball.radius_m",
-            "robots[1].model",
-            "robots",
-            "robots[0].pose",
-            "teams.blue",
-            "teams.blue.model",
-            "teams.pink.team",
-            "robots[0].rules",
-            "localisation",
+            "model", "realism", "realism.kicks", "league", "seed", "body.height_m", "ball", "ball.radius_m",
+            "robots[1].model", "robots", "robots[0].pose", "teams.blue", "teams.blue.model", "teams.pink.team",
+            "robots[0].rules", "localisation",
         ] {
             assert!(!changes(path), "{path}");
         }

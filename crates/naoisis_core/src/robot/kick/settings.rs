@@ -192,12 +192,9 @@ impl Default for KickSettings {
 impl KickSettings {
     /// All described kicks, including those with distance zero: the paper's four, then custom kicks by name.
     pub fn models(&self) -> impl Iterator<Item = (KickType, &KickModel)> {
-        let of_paper = KickType::ALL.into_iter().zip([
-            &self.left_straight,
-            &self.right_straight,
-            &self.left_side,
-            &self.right_side,
-        ]);
+        let of_paper = KickType::ALL
+            .into_iter()
+            .zip([&self.left_straight, &self.right_straight, &self.left_side, &self.right_side]);
         of_paper.chain(self.own.iter().map(|(name, kick)| (KickType::Custom(*name), kick)))
     }
 

@@ -69,34 +69,13 @@ impl Dialect {
     pub fn penalties(self) -> &'static [&'static str] {
         match self {
             Self::StandardPlatform => &[
-                "noPenalty",
-                "substitute",
-                "pickedUp",
-                "illegalPositionInSet",
-                "illegalPosition",
-                "motionInStandby",
-                "motionInSet",
-                "fallenInactive",
-                "localGameStuck",
-                "ballHolding",
-                "playerStance",
-                "playerPushing",
-                "playingWithArmsHands",
-                "leavingTheField",
+                "noPenalty", "substitute", "pickedUp", "illegalPositionInSet", "illegalPosition", "motionInStandby",
+                "motionInSet", "fallenInactive", "localGameStuck", "ballHolding", "playerStance", "playerPushing",
+                "playingWithArmsHands", "leavingTheField",
             ],
             Self::Humanoid => &[
-                "noPenalty",
-                "illegalPositioning",
-                "motionInSet",
-                "localGameStuck",
-                "incapableRobot",
-                "pickedUp",
-                "ballHolding",
-                "leavingTheField",
-                "playingWithArmsHands",
-                "pushing",
-                "sentOff",
-                "substitute",
+                "noPenalty", "illegalPositioning", "motionInSet", "localGameStuck", "incapableRobot", "pickedUp",
+                "ballHolding", "leavingTheField", "playingWithArmsHands", "pushing", "sentOff", "substitute",
             ],
         }
     }
@@ -108,13 +87,7 @@ impl Dialect {
                 &["noSetPlay", "kickOff", "kickIn", "goalKick", "cornerKick", "pushingFreeKick", "penaltyKick"]
             }
             Self::Humanoid => &[
-                "noSetPlay",
-                "kickOff",
-                "directFreeKick",
-                "indirectFreeKick",
-                "penaltyKick",
-                "throwIn",
-                "goalKick",
+                "noSetPlay", "kickOff", "directFreeKick", "indirectFreeKick", "penaltyKick", "throwIn", "goalKick",
                 "cornerKick",
             ],
         }
