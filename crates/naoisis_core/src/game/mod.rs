@@ -21,8 +21,8 @@ pub use outside_referee::OutsideReferee;
 pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
 pub use result::{DecidedBy, MatchResult};
 pub use rules::{
-    BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError,
-    ShootOutProcedure, SideContacts, SubstitutionProcedure,
+    BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, ShootOutProcedure,
+    SideContacts, SubstitutionProcedure,
 };
 pub use set_play::{SetPlay, SetPlayKind};
 pub use shoot_out::{ShootOut, Shot, ShotRank, Standing};

@@ -18,8 +18,15 @@ use naoisis_sensing::sensing::sonar::SonarSettings;
 
 impl Checks {
     pub(super) fn rules(&mut self, path: &FieldPath, rules: &Rules) {
-        for error in rules.errors() {
-            self.fault(path.field(error.field), error.message, error.expected);
+        let Rules { fall_from_mps, fall_certain_mps, dive_s, dive_down_s, .. } = *rules;
+        if fall_certain_mps < fall_from_mps {
+            let message = format!("`fall_certain_mps` is {fall_certain_mps}");
+            let expected = format!("at least {fall_from_mps} m/s, the rules' `fall_from_mps`");
+            self.fault(path.field("fall_certain_mps"), message, expected);
+        }
+        if dive_down_s > dive_s {
+            let message = format!("`dive_down_s` is {dive_down_s}");
+            self.fault(path.field("dive_down_s"), message, format!("at most {dive_s} s, the rules' `dive_s`"));
         }
     }
 
