@@ -61,7 +61,7 @@ impl Played {
         *self.world.resource::<PendingHalf>() == PendingHalf::Act
     }
 
-    /// The robots that Python commands, and no program.
+    /// The robots that Python commands; no program plays them.
     pub fn control(&self) -> Vec<RobotId> {
         let roster = self.world.resource::<Roster>();
         let has_program =

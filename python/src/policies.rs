@@ -35,7 +35,7 @@ impl Policy {
         }
     }
 
-    /// The number of numbers of an action.
+    /// The length of an action.
     fn numbers(&self) -> usize {
         self.0.layout().actions().len()
     }

@@ -21,7 +21,7 @@ use crate::values::from_python;
 pub fn simulator() -> App {
     let mut app = App::new();
     app.add_plugins((RecordPlugin, NaoisisPlugins, AgentsPlugin, PolicyPlugin));
-    // Threads are Python's: a forked process would not have those of Bevy.
+    // One thread only: a process that Python forks would not have the others.
     app.insert_resource(SensingThreads(1));
     // Nothing runs this app, which would do so.
     app.finish();

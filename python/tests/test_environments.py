@@ -166,7 +166,7 @@ def _short(mode, **options):
     )
 
 
-def test_three_modes_of_beginning_anew():
+def test_the_three_modes_of_autoreset():
     """The same episodes in each, of which only the seams differ."""
     envs = {mode: _short(mode) for mode in ("next_step", "same_step", "disabled")}
     for mode, env in envs.items():

@@ -63,6 +63,7 @@ impl Modules {
         let mut lines = BTreeSet::new();
         for path in &self.public {
             lines.insert(format!("mod {path}"));
+            self.list_macros(path, &mut lines);
             for item in self.items[path].iter().filter(|item| !matches!(item, Item::Mod(_))) {
                 match item {
                     Item::Use(exported) if is_pub(&exported.vis) => self.export(path, exported, &mut lines),
@@ -83,16 +84,6 @@ impl Modules {
             own_name.is_some_and(|name| declared.contains(&name) && !listed.contains(&name))
         };
         for (path, items) in &self.items {
-            let macros =
-                || items.iter().filter_map(|item| if let Item::Macro(item) = item { Some(item) } else { None });
-            let makes_types = |tokens: String| ["pub struct", "pub enum"].iter().any(|made| tokens.contains(made));
-            if macros().any(|item| makes_types(item.mac.tokens.to_string())) {
-                for item in macros().filter(|item| !is_hidden(&item.attrs)) {
-                    let (called, name) = (&item.mac.path, item.ident.as_ref());
-                    let tokens = squeezed(undocumented(item.mac.tokens.clone()));
-                    lines.insert(format!("{path}: {}! {{ {tokens} }}", squeezed(quote!(#called #name))));
-                }
-            }
             for item in items {
                 if let Item::Impl(item) = item
                     && !is_hidden(&item.attrs)
@@ -120,7 +111,24 @@ impl Modules {
                 Some(found) => Self::list(path, found, Some(&name), lines),
                 None => {
                     lines.insert(format!("{path}: use {}", squeezed(exported.tree.to_token_stream())));
+                    self.list_macros(module, lines);
                 }
+            }
+        }
+    }
+
+    /// Adds the macros of a module of this crate in which macros make types.
+    fn list_macros(&self, path: &str, lines: &mut BTreeSet<String>) {
+        let macros = || {
+            let items = self.items.get(path).into_iter().flatten();
+            items.filter_map(|item| if let Item::Macro(item) = item { Some(item) } else { None })
+        };
+        let makes_types = |tokens: String| ["pub struct", "pub enum"].iter().any(|made| tokens.contains(made));
+        if macros().any(|item| makes_types(item.mac.tokens.to_string())) {
+            for item in macros().filter(|item| !is_hidden(&item.attrs)) {
+                let (called, name) = (&item.mac.path, item.ident.as_ref());
+                let tokens = squeezed(undocumented(item.mac.tokens.clone()));
+                lines.insert(format!("{path}: {}! {{ {tokens} }}", squeezed(quote!(#called #name))));
             }
         }
     }

@@ -71,7 +71,8 @@ impl Moment {
     }
 }
 
-/// Returns whether the match in `app` agrees with the record of its last cycle in a trace that has `fields`. Only recorded fields are compared.
+/// Returns whether the match in `app` agrees with the record of its last cycle in a trace that has `fields`. Compares the positions of robots and ball,
+/// as far as they are recorded.
 pub fn is_same(app: &App, record: &CycleRecord, fields: &Fields) -> bool {
     /// The tolerance of positions, m: traces have rounded numbers.
     const TOLERANCE_M: f32 = 2e-3;

@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn who_stood_meanwhile_begins_anew() {
+    fn standing_up_meanwhile_restarts_the_time() {
         let mut situation = fallen();
         assert!(!tries(&mut situation));
         situation.robot_mut(BLUE2).posture = Posture::Upright;

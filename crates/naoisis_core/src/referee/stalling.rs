@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn moving_turning_or_striking_the_ball_begins_the_time_anew() {
+    fn moving_turning_or_striking_the_ball_restarts_the_time() {
         let moved = |by: Pose| {
             penalised_in(&mut standing_at(0.4), 900, move |cycle, situation| {
                 if cycle == 400 {

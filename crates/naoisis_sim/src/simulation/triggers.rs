@@ -33,7 +33,6 @@
 //! happened. An observer may therefore start another match. All other events are [messages](naoisis_core::events). All of them are ground
 //! truth, so a behaviour cannot be an observer.
 
-use bevy::ecs::world::CommandQueue;
 use bevy::prelude::*;
 
 use crate::scenario::ScenarioFault;
@@ -150,40 +149,55 @@ pub(super) fn add_triggers(app: &mut App) {
     );
 }
 
-fn trigger_events(world: &mut World) {
-    let mut queue = CommandQueue::default();
-    let mut commands = Commands::new(&mut queue, world);
-    let (roster, score) = (world.resource::<Roster>(), world.resource::<Game>().score);
-    for event in world.resource::<CycleEvents>().iter() {
-        trigger(&mut commands, event, roster, score);
-    }
-    queue.apply(world);
+/// An event to trigger, with the values that had to be looked up for it.
+enum Trigger {
+    Goal(GoalScored),
+    Kick(Kicked),
+    Fall(Fell),
+    Penalty(Penalised),
+    End(MatchEnded),
 }
 
-/// Triggers the event for observers of an event of the match, if there is one.
-fn trigger(commands: &mut Commands, event: &MatchEvent, roster: &Roster, score: Score) {
-    match *event {
-        MatchEvent::Goal { team, scorer, own_goal, .. } => {
-            commands.trigger(GoalScored { team, scorer, own_goal, score });
-        }
-        MatchEvent::Kick {
-            robot, kick_type, direction: Some(direction), launch_speed_mps: Some(speed_mps), ..
-        } => {
-            if let Some(entity) = roster.get(robot) {
-                commands.trigger(Kicked { entity, robot, kick_type, direction, speed_mps });
+impl Trigger {
+    /// Converts an event of the match to an event for observers, if there is one.
+    fn of(event: &MatchEvent, score: Score, roster: &Roster) -> Option<Trigger> {
+        match *event {
+            MatchEvent::Goal { team, scorer, own_goal, .. } => {
+                Some(Trigger::Goal(GoalScored { team, scorer, own_goal, score }))
             }
-        }
-        MatchEvent::Fall { robot, cause, .. } => {
-            if let Some(entity) = roster.get(robot) {
-                commands.trigger(Fell { entity, robot, cause });
+            MatchEvent::Kick {
+                robot,
+                kick_type,
+                direction: Some(direction),
+                launch_speed_mps: Some(speed_mps),
+                ..
+            } => {
+                let entity = roster.get(robot)?;
+                Some(Trigger::Kick(Kicked { entity, robot, kick_type, direction, speed_mps }))
             }
-        }
-        MatchEvent::Penalty { robot, reason, until_s, .. } => {
-            if let Some(entity) = roster.get(robot) {
-                commands.trigger(Penalised { entity, robot, reason, until_s });
+            MatchEvent::Fall { robot, cause, .. } => {
+                Some(Trigger::Fall(Fell { entity: roster.get(robot)?, robot, cause }))
             }
+            MatchEvent::Penalty { robot, reason, until_s, .. } => {
+                Some(Trigger::Penalty(Penalised { entity: roster.get(robot)?, robot, reason, until_s }))
+            }
+            MatchEvent::FinalWhistle => Some(Trigger::End(MatchEnded { reason: MatchEnd::FinalWhistle, score })),
+            _ => None,
         }
-        MatchEvent::FinalWhistle => commands.trigger(MatchEnded { reason: MatchEnd::FinalWhistle, score }),
-        _ => {}
+    }
+}
+
+fn trigger_events(world: &mut World) {
+    let (events, roster) = (world.resource::<CycleEvents>(), world.resource::<Roster>());
+    let score = world.resource::<Game>().score;
+    let triggers: Vec<Trigger> = events.iter().filter_map(|event| Trigger::of(event, score, roster)).collect();
+    for trigger in triggers {
+        match trigger {
+            Trigger::Goal(goal) => world.trigger(goal),
+            Trigger::Kick(kick) => world.trigger(kick),
+            Trigger::Fall(fall) => world.trigger(fall),
+            Trigger::Penalty(penalty) => world.trigger(penalty),
+            Trigger::End(end) => world.trigger(end),
+        }
     }
 }

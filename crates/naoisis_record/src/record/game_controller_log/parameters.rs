@@ -81,7 +81,7 @@ pub(super) fn parameters(
     json!({ "competition": competition, "game": game })
 }
 
-/// Returns the parameters of the competition that only logs of `dialect` have.
+/// Returns the parameters of the competition that depend on the dialect.
 fn parameters_of(dialect: Dialect, scenario: &Scenario) -> Value {
     let rules = &scenario.rules;
     match dialect {

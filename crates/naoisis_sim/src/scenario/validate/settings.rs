@@ -19,7 +19,7 @@ use naoisis_sensing::sensing::sonar::SonarSettings;
 impl Checks {
     pub(super) fn rules(&mut self, path: &FieldPath, rules: &Rules) {
         let Rules { fall_from_mps, fall_certain_mps, dive_s, dive_down_s, .. } = *rules;
-        if fall_certain_mps < fall_from_mps {
+        if (0.0..fall_from_mps).contains(&fall_certain_mps) {
             let message = format!("`fall_certain_mps` is {fall_certain_mps}");
             let expected = format!("at least {fall_from_mps} m/s, the rules' `fall_from_mps`");
             self.fault(path.field("fall_certain_mps"), message, expected);
