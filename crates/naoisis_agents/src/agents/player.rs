@@ -12,8 +12,8 @@ use super::loss::Loss;
 use super::message::malformed;
 use super::process::{self, Process};
 use super::protocol::{
-    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, PerceptionParts, RefusedCommand, Turn,
-    Welcome,
+    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, Perceive, PerceptionParts,
+    RefusedCommand, Welcome,
 };
 use super::settings::AgentSettings;
 use naoisis_core::camera_model::CameraName;
@@ -186,7 +186,7 @@ impl Agent {
     ) -> Result<(), Loss> {
         self.deadline = settings.answer_timeout.map(|time| Instant::now() + time);
         self.is_asked = true;
-        let turn = Turn {
+        let message = Perceive {
             cycle: clock.cycle,
             time_s: clock.start_time_s(),
             perception: PerceptionParts { perception, fields: &self.fields },
@@ -194,7 +194,7 @@ impl Agent {
             belief: belief.filter(|_| self.wants_belief()),
             images: self.images_of(clock, images),
         };
-        self.connection.send(&turn, self.deadline).map_err(|loss| self.with_exit_status(loss))
+        self.connection.send(&message, self.deadline).map_err(|loss| self.with_exit_status(loss))
     }
 
     /// Whether the program wants the belief of the built-in estimator.

@@ -114,13 +114,13 @@ fn receive(
         let Some(agent) = &mut robot.player.0 else { continue };
         let answer = agent.answer(clock.cycle);
         let malformed = |error: UnknownKick| Loss::new(AgentLoss::Malformed, error.to_string());
-        let obeyed = answer.and_then(|mut answer| {
+        let applied = answer.and_then(|mut answer| {
             let own = core::mem::take(&mut answer.command);
             let traced = replayed.as_ref().and_then(|replayed| replayed.0.get(robot.id).cloned());
             let command = traced.unwrap_or_else(|| own.rounded());
             robot.command.apply(command).map(|()| answer).map_err(malformed)
         });
-        match obeyed {
+        match applied {
             Ok(answer) => robot.note(answer, &mut commands),
             Err(loss) => {
                 losses.push((*robot.id, loss));

@@ -1,7 +1,7 @@
 //! The messages between a match and a program that plays one of its robots.
 //!
 //! The program starts with a [`Hello`]. The match answers with a [`Welcome`], or with a reason why the program may not
-//! play. From then on the match sends one [`Turn`] per cycle, and the program answers each with one [`Answer`], until
+//! play. From then on the match sends one [`Perceive`] per cycle, and the program answers each with one [`Answer`], until
 //! the match ends.
 
 use base64::display::Base64Display;
@@ -247,7 +247,7 @@ impl<'a> Welcome<'a> {
 
 /// The perception of a robot in a cycle.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct Turn<'a> {
+pub struct Perceive<'a> {
     /// The current cycle, from 1.
     pub cycle: u64,
     /// The time of the perception, s since the start.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
 
-use super::protocol::{Answer, HelloMessage, Message, PROTOCOL, Turn};
+use super::protocol::{Answer, HelloMessage, Message, PROTOCOL, Perceive};
 
 /// A message from a program.
 #[derive(JsonSchema)]
@@ -20,7 +20,7 @@ enum FromProgram {
 #[serde(untagged)]
 #[expect(dead_code, reason = "only its schema is of use")]
 enum FromMatch<'a> {
-    Turn(Turn<'a>),
+    Perceive(Perceive<'a>),
     Message(Message<'a>),
 }
 

@@ -28,7 +28,7 @@ use crate::environment::kind::ObservationKind;
 use crate::environment::memory::Memory;
 use crate::environment::observation::observed;
 use naoisis_core::behaviour::remarks::Remarks;
-use naoisis_core::behaviour::{DecideSystems, Policy, PolicyNeeds, PolicyReader};
+use naoisis_core::behaviour::{DecideSystems, Policy, PolicyCannotPlay, PolicyNeeds, PolicyReader};
 use naoisis_core::cycle::Cycle;
 use naoisis_core::events::{AgentLoss, CycleEvents, MatchEvent};
 use naoisis_core::geometry::Pose;
@@ -90,12 +90,12 @@ pub struct PolicyState {
 }
 
 /// Reads the policy of a team again, before a match begins.
-fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, String> {
+fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, PolicyCannotPlay> {
     let policy = match built_in::named(file) {
-        Some(policy) => policy?,
+        Some(policy) => policy.map_err(PolicyCannotPlay)?,
         None => {
             let path = path_of(world, team, file);
-            let policy = LoadedPolicy::read(&path).map_err(|error| error.to_string())?;
+            let policy = LoadedPolicy::read(&path).map_err(|error| PolicyCannotPlay(error.to_string()))?;
             world.resource::<LoadedPolicies>().insert(path, policy)
         }
     };

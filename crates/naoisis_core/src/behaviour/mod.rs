@@ -149,21 +149,26 @@ pub struct PolicyNeeds {
     pub belief: bool,
 }
 
-/// A function that reads the file of a policy of a team, and returns what the policy needs or why it cannot play. The plugin that plays
-/// policies sets it.
+/// A learned policy cannot play, with the reason.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct PolicyCannotPlay(pub String);
+
+debug_as_displayed!(PolicyCannotPlay);
+
+/// A function that reads the file of a policy of a team, and returns what the policy needs. The plugin that plays policies sets it.
 #[derive(Resource, Clone, Copy, Debug)]
-pub struct PolicyReader(pub fn(&World, Team, &str) -> Result<PolicyNeeds, String>);
+pub struct PolicyReader(pub fn(&World, Team, &str) -> Result<PolicyNeeds, PolicyCannotPlay>);
 
 impl PolicyReader {
     /// Reads the file of a policy of `team`.
     ///
     /// # Errors
-    /// Why the policy cannot play.
-    pub fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, String> {
-        let reader = world.get_resource::<PolicyReader>();
-        let reader =
-            reader.ok_or_else(|| "this program plays no learned policies; add the `PolicyPlugin`".to_owned())?;
-        (reader.0)(world, team, file)
+    /// [`PolicyCannotPlay`] if the policy cannot play, or this program plays no policies.
+    pub fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, PolicyCannotPlay> {
+        let no_reader =
+            || PolicyCannotPlay("this program plays no learned policies; add the `PolicyPlugin`".to_owned());
+        (world.get_resource::<PolicyReader>().ok_or_else(no_reader)?.0)(world, team, file)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Faults of the values of a scenario, each with its field.
 
+use super::deserialize::ShapeFault;
 use super::field_path::FieldPath;
-use super::outline::FieldPart;
-use super::shape::ShapeFault;
+use super::spans::FieldPart;
 use super::wording::{did_you_mean, in_words, one_of, quoted};
 use naoisis_sensing::sensing::camera::RenderingUnavailable;
 

@@ -4,10 +4,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
+use super::deserialize;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::layers::for_each_team_and_robot;
-use super::shape;
+use super::merge::for_each_team_and_robot;
 use naoisis_sensing::sensing::fidelity::{Fidelity, FidelitySettings, SensorFidelity};
 use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
@@ -36,7 +36,7 @@ fn owned((name, value): (&String, &Value)) -> (String, Value) {
 /// Removes the fidelity of an object and returns it. Returns the default if it is missing or invalid; an invalid one becomes a fault.
 fn take(holder: &mut Map<String, Value>, path: &FieldPath, faults: &mut Vec<ScenarioFault>) -> FidelitySettings {
     let Some(value) = holder.remove(FIELD) else { return FidelitySettings::default() };
-    shape::read(&value).unwrap_or_else(|fault| {
+    deserialize::read(&value).unwrap_or_else(|fault| {
         faults.push(ScenarioFault::of_shape(&fault, &path.field(FIELD)));
         FidelitySettings::default()
     })
@@ -69,7 +69,7 @@ fn translate_sensor<Sensor: SensorFidelity + DeserializeOwned + Serialize>(
     let nothing = Value::Object(Map::new());
     let settings = holder.get(name).or_else(|| common.get(name)).unwrap_or(&nothing);
     // Settings of the wrong shape are reported when the types are read.
-    let Ok(sensor) = shape::read::<Sensor>(settings) else { return };
+    let Ok(sensor) = deserialize::read::<Sensor>(settings) else { return };
     if let Ok(value) = serde_json::to_value(sensor.with_fidelity(fidelity)) {
         holder.insert(name.to_owned(), value);
     }

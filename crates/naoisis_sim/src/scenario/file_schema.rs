@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
-use super::build::SCHEMA;
 use super::fidelity;
 use super::leagues::LEAGUES;
 use super::models::MODELS;
+use super::parse::SCHEMA;
 use super::preset::Preset;
 use super::presets::{BALL_PRESETS, FIELD_PRESETS, RULES_PRESETS};
 use super::robot_settings::RobotSettings;

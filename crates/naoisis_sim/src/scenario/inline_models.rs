@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::layers::{for_each_team_and_robot, lay_over};
+use super::merge::{for_each_team_and_robot, lay_over};
 use super::message_limits;
 use super::models::expected_model;
 use super::wording::{did_you_mean, one_of, quoted};

@@ -4,11 +4,11 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
+use super::deserialize;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::layers::field_of_word;
+use super::merge::field_of_word;
 use super::preset::{Preset, presets};
-use super::shape;
 use super::wording::{did_you_mean, one_of, quoted};
 
 /// The leagues that come with the program: `assets/leagues`.
@@ -45,7 +45,7 @@ impl League {
     pub fn named(name: &str) -> Option<League> {
         let preset = LEAGUES.iter().find(|preset| preset.name == name)?;
         // A test reads all embedded files.
-        shape::read(&preset.value()).ok()
+        deserialize::read(&preset.value()).ok()
     }
 }
 

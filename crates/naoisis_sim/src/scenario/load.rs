@@ -6,8 +6,8 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::build::build;
 use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
+use super::deserialize;
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
@@ -16,10 +16,10 @@ use super::format::Format;
 use super::leagues::LEAGUES;
 use super::library::{LIBRARY, LibraryScenario};
 use super::model_file;
+use super::parse::build;
 use super::read;
 use super::setting::Setting;
-use super::shape;
-use super::source::{ScenarioFile, ScenarioSource};
+use super::text::{ScenarioFile, ScenarioSource};
 use super::validate::MOST_FAULTS;
 use super::wording::did_you_mean;
 use crate::scenario::Scenario;
@@ -271,7 +271,7 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
 /// # Errors
 /// The fault of the settings, and where it is.
 pub fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
-    shape::read(value).map_err(|fault| ScenarioFault::of_shape(&fault, path))
+    deserialize::read(value).map_err(|fault| ScenarioFault::of_shape(&fault, path))
 }
 
 impl LibraryScenario {

@@ -4,15 +4,15 @@ use serde::de::DeserializeOwned;
 use std::path::Path;
 
 use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
+use super::deserialize;
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
-use super::layers::lay_over;
+use super::merge::lay_over;
 use super::preset::{Preset, presets};
 use super::read::read;
-use super::shape;
-use super::source::ScenarioSource;
+use super::text::ScenarioSource;
 
 /// The looks that come with the program.
 pub const LOOKS: &[Preset] = presets!["looks": "robocup"];
@@ -41,7 +41,7 @@ pub fn read_looks<T: DeserializeOwned>(path: Option<&Path>) -> Result<T, Scenari
             source
         }
     };
-    shape::read(&value).map_err(|fault| source.error(&ScenarioFault::of_shape(&fault, &FieldPath::default())))
+    deserialize::read(&value).map_err(|fault| source.error(&ScenarioFault::of_shape(&fault, &FieldPath::default())))
 }
 
 fn read_file(path: &Path) -> Result<(ScenarioSource, serde_json::Value), ScenarioError> {

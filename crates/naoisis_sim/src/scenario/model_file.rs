@@ -5,18 +5,18 @@ use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::build::{SCHEMA, in_order, scenario_of};
 use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
+use super::deserialize;
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::model_like::{LONGEST_CHAIN, reference};
 use super::models::{ModelError, RobotModel, is_file, leave_out_what_it_lacks};
+use super::parse::{SCHEMA, in_order, scenario_of};
 use super::read::read;
 use super::robot_settings::RobotSettings;
-use super::shape;
-use super::source::{Finding, ScenarioSource};
+use super::text::{Finding, ScenarioSource};
 use super::types::Scenario;
 use super::wording::{all_of, did_you_mean, one_of, quoted};
 
@@ -282,7 +282,7 @@ fn take<T: DeserializeOwned + Default>(
             let message = format!("the field {} is missing", quoted(name));
             ScenarioFault::new(FieldPath::default(), message, format!("a model with {}", all_of(FIELDS)))
         }
-        Some(value) => match shape::read(&value) {
+        Some(value) => match deserialize::read(&value) {
             Ok(value) => return value,
             Err(fault) => ScenarioFault::of_shape(&fault, &FieldPath::from(name)),
         },

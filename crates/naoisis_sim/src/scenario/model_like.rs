@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 use std::path::Path;
 
-use super::layers::lay_over;
+use super::merge::lay_over;
 use super::models::{RobotModel, is_file};
 
 /// The longest chain of models, each like the next. It also ends chains that have no end.

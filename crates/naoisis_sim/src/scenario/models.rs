@@ -5,12 +5,12 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::deserialize;
 use super::error::ScenarioError;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::layers::lay_over;
+use super::merge::lay_over;
 use super::preset::{Preset, presets};
-use super::shape;
 use super::types::Scenario;
 use super::wording::{did_you_mean, one_of, quoted};
 use naoisis_core::kick_geometry::KickType;
@@ -101,7 +101,7 @@ impl RobotModel {
     pub fn named(name: &str) -> Option<RobotModel> {
         let preset = MODELS.iter().find(|preset| preset.name == name)?;
         // A test reads all embedded files.
-        let mut model: RobotModel = shape::read(&preset.value()).ok()?;
+        let mut model: RobotModel = deserialize::read(&preset.value()).ok()?;
         leave_out_what_it_lacks(&mut model);
         Some(model.named_by(name))
     }

@@ -6,8 +6,8 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::format::Format;
-use super::outline::{Content, Node};
 use super::scanner::outline_of;
+use super::spans::{Content, Node};
 use super::wording::quoted;
 
 /// A syntax error.

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::outline::{Content, Entry, Node};
+use super::spans::{Content, Entry, Node};
 
 /// Nesting depth limit of outlines. Both parsers have a lower limit, 128.
 const DEEPEST: usize = 160;

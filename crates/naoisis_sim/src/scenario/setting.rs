@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
-use super::layers::field_of_word;
+use super::merge::field_of_word;
 use super::wording::quoted;
 
 /// A field of a scenario, with a value that replaces the file's.

@@ -41,7 +41,11 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
 /// Returns a fault if the learned policy in `file` cannot play.
 fn no_policy(world: &World, path: &FieldPath, team: Team, file: &str) -> Option<ScenarioFault> {
     let problem = PolicyReader::read(world, team, file).err()?;
-    Some(ScenarioFault::new(path.clone(), problem, "a policy in ONNX, with its layout in a JSON file beside it"))
+    Some(ScenarioFault::new(
+        path.clone(),
+        problem.to_string(),
+        "a policy in ONNX, with its layout in a JSON file beside it",
+    ))
 }
 
 /// Returns a fault if `name` is neither a registered team, the command line of a program (`exec:COMMAND`) nor the file of a learned policy

@@ -35,7 +35,7 @@ impl Plugin for MatchBeforePlugin {
         app.init_resource::<MatchBefore>()
             .init_resource::<Kept>()
             .insert_resource(KeepMatch(prepare))
-            .add_systems(First, show.run_if(is_wanted).before(drive::obey_commands));
+            .add_systems(First, show.run_if(is_wanted).before(drive::handle_commands));
     }
 }
 

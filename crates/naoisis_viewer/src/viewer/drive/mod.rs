@@ -59,7 +59,7 @@ impl Plugin for DrivePlugin {
             .init_resource::<DisplayFraction>()
             .init_resource::<FrameTime>()
             .add_systems(Startup, set_longest_frame)
-            .add_systems(First, (note_frame, obey_commands, set_clocks).chain().before(TimeSystems))
+            .add_systems(First, (note_frame, handle_commands, set_clocks).chain().before(TimeSystems))
             .add_systems(FixedUpdate, run_cycle_in_time)
             .add_systems(RunFixedMainLoop, find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
             .add_systems(Update, measure_speed);
@@ -74,7 +74,7 @@ fn set_longest_frame(mut time: ResMut<Time<Virtual>>) {
     time.set_max_delta(LONGEST_FRAME);
 }
 
-pub(super) fn obey_commands(world: &mut World) {
+pub(super) fn handle_commands(world: &mut World) {
     let commands: Vec<ViewerCommand> = world.resource_mut::<Messages<ViewerCommand>>().drain().collect();
     for command in commands {
         match command {
@@ -93,7 +93,7 @@ pub(super) fn obey_commands(world: &mut World) {
             ViewerCommand::SetSpeed(wanted) => set_speed(world, |_| wanted),
             ViewerCommand::Restart => restart(world, 0),
             ViewerCommand::RestartWithNextSeed => restart(world, 1),
-            // The module of the match before obeys this one.
+            // The module of the match before handles this one.
             ViewerCommand::MatchBefore => {}
             ViewerCommand::Load(name) => {
                 let result = load(world, name);

@@ -47,7 +47,7 @@ impl Plugin for OverlaysPlugin {
             .add_systems(
                 Update,
                 (
-                    obey_overlay_commands.after(SelectionSystems),
+                    handle_overlay_commands.after(SelectionSystems),
                     brush::set_lines.run_if(resource_changed::<DisplaySettings>),
                 ),
             )
@@ -228,7 +228,7 @@ pub enum OverlayCommand {
     Reset,
 }
 
-fn obey_overlay_commands(
+fn handle_overlay_commands(
     mut commands: MessageReader<OverlayCommand>,
     mut overlays: ResMut<Overlays>,
     display: Res<DisplaySettings>,

@@ -42,7 +42,7 @@ impl Plugin for TimelinePlugin {
             .init_resource::<Keyframes>()
             .add_message::<TimelineCommand>()
             .add_systems(Cycle, keep_cycle.in_set(RecordSystems::Keep))
-            .add_systems(First, (keep_start, obey_timeline_commands).chain().before(TimeSystems))
+            .add_systems(First, (keep_start, handle_timeline_commands).chain().before(TimeSystems))
             .add_systems(RunFixedMainLoop, play_past.in_set(TimelineSystems));
     }
 }
@@ -293,7 +293,7 @@ fn keep_start(
     }
 }
 
-fn obey_timeline_commands(world: &mut World) {
+fn handle_timeline_commands(world: &mut World) {
     let commands: Vec<TimelineCommand> = world.resource_mut::<Messages<TimelineCommand>>().drain().collect();
     for command in commands {
         match command {

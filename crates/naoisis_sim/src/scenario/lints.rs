@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::fidelity;
 use super::read::read;
 use super::robot_settings::RobotSettings;
-use super::source::ScenarioFile;
+use super::text::ScenarioFile;
 use super::wording::all_of;
 use naoisis_core::team::Team;
 

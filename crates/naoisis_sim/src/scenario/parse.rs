@@ -4,14 +4,14 @@
 use serde_json::{Map, Value};
 use std::path::Path;
 
+use super::deserialize;
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::{FieldPath, Segment};
 use super::from_saved;
 use super::models::is_file;
 use super::presets;
-use super::shape;
-use super::source::{Finding, ScenarioFile, ScenarioSource};
+use super::text::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use super::validate::{LONGEST_LISTS, place_ball_beside_robots, too_long};
 
@@ -145,7 +145,7 @@ fn two_starts(root: &Map<String, Value>) -> Vec<ScenarioFault> {
 /// Reads the types, removing values of the wrong shape until none is left. Returns `None` if reading does not succeed.
 fn read_types(value: &mut Value, findings: &mut Vec<Finding>) -> Option<Scenario> {
     for _ in 0..ScenarioFile::MOST_ERRORS {
-        let fault = match shape::read(value) {
+        let fault = match deserialize::read(value) {
             Ok(scenario) => return Some(scenario),
             Err(fault) => ScenarioFault::of_shape(&fault, &FieldPath::default()),
         };

@@ -7,10 +7,10 @@ use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::{FieldPath, Segment};
 use super::format::Format;
-use super::outline::{Content, FieldPart, Node};
 use super::read::SyntaxFault;
 use super::scanner::outline_of;
 use super::setting::Setting;
+use super::spans::{Content, FieldPart, Node};
 use super::types::Scenario;
 
 /// The text that a scenario came from. Faults that are found later can be located in it.

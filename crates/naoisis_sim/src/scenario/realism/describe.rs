@@ -2,12 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
-use super::presets;
-use super::realism::RealismSettings;
-use super::robot_spec::RobotSpec;
-use super::shape;
-use super::teams_spec::TeamsSpec;
-use super::types::{BallSpec, Scenario};
+use super::RealismSettings;
+use crate::scenario::deserialize;
+use crate::scenario::presets;
+use crate::scenario::robot_spec::RobotSpec;
+use crate::scenario::teams_spec::TeamsSpec;
+use crate::scenario::types::{BallSpec, Scenario};
 use naoisis_core::team::Team;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::lens::Lens;
@@ -25,7 +25,7 @@ impl Scenario {
         root.insert("model".to_owned(), json!(self.model));
         root.insert("realism".to_owned(), serde_json::to_value(realism).unwrap_or_default());
         presets::resolve(&mut root);
-        let real: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
+        let real: Scenario = deserialize::read(&Value::Object(root)).unwrap_or_default();
         let of_league = |ball: BallSpec| match real.ball {
             Some(of_league) => ball.with_physics(of_league.physics()),
             None => ball,
@@ -48,7 +48,7 @@ impl Scenario {
         root.insert("vision".to_owned(), json!({ "source": self.settings.vision.source }));
         root.insert("robots".to_owned(), json!([{ "model": model }]));
         presets::resolve(&mut root);
-        let scenario: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
+        let scenario: Scenario = deserialize::read(&Value::Object(root)).unwrap_or_default();
         scenario.robots.into_iter().next().unwrap_or_default()
     }
 
