@@ -239,7 +239,7 @@ impl Serialize for Look {
     }
 }
 
-crate::word_or_object!(
+word_or_object!(
     Look,
     LookFields,
     "`nao`, `light`, `dark`, or an object such as { \"shell\": [200, 30, 30], \"number\": [\"back\"] }",

@@ -11,7 +11,9 @@
 //!
 //! All errors are [`ScenarioError`]s with line and column, and with what was expected.
 
+mod apply_realism;
 mod bytes;
+mod describe_realism;
 mod deserialize;
 mod error;
 mod expectation;

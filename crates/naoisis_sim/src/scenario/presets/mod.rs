@@ -5,6 +5,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use std::sync::LazyLock;
 
+use super::apply_realism;
 use super::deserialize;
 use super::fault::ScenarioFault;
 use super::fidelity;
@@ -14,7 +15,7 @@ use super::leagues;
 use super::merge::{for_each_team_and_robot, lay_over};
 use super::message_limits;
 use super::preset::{Preset, presets};
-use super::realism::{RealismSettings, apply};
+use super::realism::RealismSettings;
 use super::robot_settings::RobotSettings;
 use super::types::{BallSpec, Scenario};
 use super::wording::{did_you_mean, one_of, quoted};
@@ -76,7 +77,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     complete_looks(root);
     leagues::lay_under(root, &mut faults);
     inline_models::take_apart(root, RobotSettings::OF_MODEL, &mut faults);
-    let mut real = apply::settings_of(root, &mut faults);
+    let mut real = apply_realism::settings_of(root, &mut faults);
     if root.get("ball").is_some_and(Value::is_null) {
         // Without a ball there is nothing to fill in.
         real.remove("ball");
@@ -112,7 +113,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
         |field: &str| if field == "messages" { message_limits::common(root) } else { root.get(field).cloned() };
     let of_robots = RobotSettings::OF_PROGRAM.iter().chain(RobotSettings::OF_MODEL);
     let common: Map<String, Value> = of_robots.filter_map(|&field| Some((field.to_owned(), of_all(field)?))).collect();
-    let realisms = apply::realisms_of(root);
+    let realisms = apply_realism::realisms_of(root);
     for_each_team_and_robot(root, |settings, path| resolve_robot(settings, path, &common, realisms, &mut faults));
     if let Some(Value::Array(robots)) = root.get_mut("robots") {
         number(robots);
@@ -151,9 +152,9 @@ fn resolve_robot(
     faults: &mut Vec<ScenarioFault>,
 ) {
     complete_looks(robot);
-    let own_model = apply::model_of(robot, path, RobotSettings::OF_MODEL, faults).zip(realisms);
+    let own_model = apply_realism::model_of(robot, path, RobotSettings::OF_MODEL, faults).zip(realisms);
     let of_model = own_model.map(|(model, realisms)| {
-        let mut settings = apply::settings_of_model(&model, realisms);
+        let mut settings = apply_realism::settings_of_model(&model, realisms);
         settings.retain(|field, _| RobotSettings::OF_MODEL.contains(&field.as_str()));
         message_limits::keep_only(&mut settings);
         fill_in_noises(&mut settings, path, &Map::new(), faults);

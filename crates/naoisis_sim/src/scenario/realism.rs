@@ -17,13 +17,10 @@
 //! |---|---|
 //! | `paper` | the paper's models, and nothing more: the default of every setting |
 //! | `ideal` | the same without noise |
-//! | `realistic` | the figures of the scenario's [model](crate::scenario::RobotModel) of a real robot, each with its source; otherwise the paper's |
+//! | `realistic` | the figures of the scenario's [model](super::RobotModel) of a real robot, each with its source; otherwise the paper's |
 //!
 //! A part is the scenario's setting of the same name. When a file is read, the word gives the values that the setting itself does not have.
-//! Programs that build their scenarios use [`Scenario::with_realism`](crate::scenario::Scenario::with_realism).
-
-pub(super) mod apply;
-mod describe;
+//! Programs that build their scenarios use [`Scenario::with_realism`](super::Scenario::with_realism).
 
 use bevy::prelude::*;
 use core::fmt;
@@ -32,7 +29,7 @@ use serde::de::value::StrDeserializer;
 use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
 
-use crate::scenario::robot_settings::robot_settings;
+use super::robot_settings::robot_settings;
 use naoisis_core::word_or_object;
 use naoisis_sensing::sensing::fidelity::present;
 

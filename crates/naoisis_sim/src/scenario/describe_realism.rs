@@ -2,12 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
-use super::RealismSettings;
-use crate::scenario::deserialize;
-use crate::scenario::presets;
-use crate::scenario::robot_spec::RobotSpec;
-use crate::scenario::teams_spec::TeamsSpec;
-use crate::scenario::types::{BallSpec, Scenario};
+use super::deserialize;
+use super::presets;
+use super::realism::RealismSettings;
+use super::robot_spec::RobotSpec;
+use super::teams_spec::TeamsSpec;
+use super::types::{BallSpec, Scenario};
 use naoisis_core::team::Team;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::lens::Lens;

@@ -4,13 +4,13 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::sync::LazyLock;
 
-use super::{Realism, RealismSettings};
-use crate::scenario::fault::ScenarioFault;
-use crate::scenario::field_path::FieldPath;
-use crate::scenario::merge::lay_over;
-use crate::scenario::message_limits;
-use crate::scenario::models::{ModelError, RobotModel, expected_model, is_file};
-use crate::scenario::types::Scenario;
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::merge::lay_over;
+use super::message_limits;
+use super::models::{ModelError, RobotModel, expected_model, is_file};
+use super::realism::{Realism, RealismSettings};
+use super::types::Scenario;
 
 /// Returns the settings that apply where the scenario does not have its own, for each part. Nothing is returned for the paper, whose
 /// settings are the defaults. Presets are still names.
