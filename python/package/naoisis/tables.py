@@ -28,7 +28,9 @@ EXTRAS = (
 )
 
 
-STATE = "What `state()` returns: the true state of the match in the team frame of blue, even if pink robots are controlled."
+STATE = (
+    "What `state()` returns: the true state of the match in the team frame of blue, even if pink robots are controlled."
+)
 
 
 def table(entries: list[tuple[str, float, float, str]]) -> list[str]:
