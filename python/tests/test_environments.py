@@ -270,7 +270,7 @@ def test_rewards_are_named_or_ones_own():
         ({"action": "fly"}, ValueError, "action: there is no"),
         ({"autoreset_mode": "never"}, (ValueError, KeyError), "autoreset_mode"),
         ({"num_envs": 0}, ValueError, "num_envs"),
-        ({"num_envs": 1_000_000}, MemoryError, "num_envs: 1,000,000 worlds need more than 500.0 GB"),
+        ({"num_envs": 1_000_000}, MemoryError, "num_envs: 1,000,000 worlds need more than 1,445.0 GB"),
         ({"reward": {"score": "a"}}, ValueError, "reward: expected a number for score, not 'a'"),
         ({"control": "blue9"}, ValueError, "there is no robot `blue9`"),
         ({"control": []}, ValueError, "control: 0 robots"),
