@@ -62,7 +62,7 @@ impl FromStr for Log {
 impl Recording for LogArguments {
     fn check(&self) -> Result<(), String> {
         if let Some((option, _)) = self.all().find(|(_, log)| log.path.as_os_str() == STANDARD_OUTPUT) {
-            return Err(format!("{option}: only --trace goes to standard output; expected a file"));
+            return Err(format!("{option}: only --trace can write to standard output; expected a file"));
         }
         for (option, ending, path) in self.named() {
             if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|there| there != ending)) {
