@@ -127,6 +127,8 @@ mod new_file;
 mod open_dialog;
 mod overlays;
 mod palette;
+#[cfg(test)]
+mod panel_tests;
 mod panels;
 mod part_mesh;
 mod pen_marks;
@@ -147,6 +149,8 @@ pub mod start_at;
 pub mod start_page;
 mod teach;
 mod team_labels;
+#[cfg(test)]
+mod test_window;
 mod theme;
 mod time_axis;
 pub mod timeline;

@@ -168,6 +168,12 @@ struct Reported<'w, 's> {
 /// The place of something on the pitch, and the parts of its model.
 type Thing = (&'static Transform, Option<&'static Children>);
 
+/// Returns the fields of the state, without the number of the frame.
+#[cfg(test)]
+pub(super) fn state_of(world: &mut World) -> Value {
+    world.run_system_cached(|reported: Reported| reported.state()).unwrap()
+}
+
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
     if let Err(error) = report.write(frame.0, reported.state()) {
         warn!("the state of the window can no longer be written: {error}");
