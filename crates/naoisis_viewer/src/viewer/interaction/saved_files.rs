@@ -39,13 +39,17 @@ pub struct SavedFiles {
 /// Saves the match that is shown, and begins to write its trace.
 pub(super) fn saved_files(world: &mut World) {
     let text = match keep(world) {
-        Ok(path) => {
-            let path = path.display();
-            format!("Saved as {path}: `naoisis play {path}` continues it; its trace is being written beside it")
-        }
+        Ok(path) => saved_words(&path),
         Err(message) => format!("The match was not saved: {message}"),
     };
     world.resource_mut::<Notice>().tell(text);
+}
+
+/// What is said of a match that is saved in the file `path`.
+pub(super) fn saved_words(path: &Path) -> String {
+    let trace = if trace_of(path).exists() { "is" } else { "is being written" };
+    let path = path.display();
+    format!("Saved as {path}: `naoisis play {path}` continues it; its trace {trace} beside it")
 }
 
 /// Saves the state of the match, and begins to write its trace: the same name with another ending. Returns the file of the state,

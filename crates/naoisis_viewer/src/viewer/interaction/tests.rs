@@ -215,6 +215,7 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     // Closing the window waits for the trace.
     app.world_mut().write_message(AppExit::Success);
     app.update();
+    assert!(saved_files::saved_words(&path).ends_with("its trace is beside it"));
     let mut read = ReadTrace::open(&trace).unwrap();
     assert_eq!(read.history.cycles(), Some(0..=last));
     let placed = read.history.record(last).unwrap().unwrap();
