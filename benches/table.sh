@@ -18,6 +18,8 @@ while [ $# -gt 0 ]; do
         *) sed -n '2,9s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
     esac
 done
+# Built as the programs of a release are.
+export CARGO_INCREMENTAL=0
 table=$(mktemp)
 trap 'rm -f "$table"' EXIT
 
