@@ -1,4 +1,5 @@
-//! The state of the window as JSON lines, for tests that drive the window from outside.
+//! The state of the window as JSON lines, for programs that drive the window from outside. Tests of the panels read the same state
+//! without a file.
 //!
 //! A line is written at the end of every frame in which something has changed, and flushed. Its fields:
 //!
@@ -7,7 +8,6 @@
 //! | `frame` | frames since the start of the program |
 //! | `window`, `pointer` | width and height of the window, and the position of the mouse, logical pixels |
 //! | `shift`, `control`, `typing` | whether Shift or Ctrl is held down; whether keys go to a field of a panel |
-//! | `pressed` | whether the left mouse button is held down |
 //! | `held` | whether the mouse drags a robot or the ball, or draws |
 //! | `scenario`, `seed`, `teams` | the match |
 //! | `cycle`, `shown_cycle` | the current cycle of the match; the cycle that is shown, if it is in the past |
@@ -150,7 +150,6 @@ struct Reported<'w, 's> {
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
     keys: Res<'w, ButtonInput<KeyCode>>,
-    buttons: Res<'w, ButtonInput<MouseButton>>,
     event: Res<'w, ShownEvent>,
     widgets: Res<'w, Widgets>,
     panels: Res<'w, EguiWantsInput>,
@@ -202,7 +201,6 @@ impl Reported<'_, '_> {
             "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
             "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
             "typing": self.panels.wants_any_keyboard_input(),
-            "pressed": self.buttons.pressed(MouseButton::Left),
             "held": self.drag.is_dragging() || self.taught.0.is_drawing(),
             "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
             "seed": self.scenario.as_ref().map(|scenario| scenario.seed),

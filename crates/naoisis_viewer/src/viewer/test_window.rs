@@ -25,14 +25,15 @@ use super::report_state;
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
-/// A frame has the length of a cycle.
+/// The time between two frames: that of a cycle, rounded up, so that every frame plays one.
 const FRAME: Duration = Duration::from_micros(33_334);
 
 /// The size of the window, logical pixels.
-const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
+const SIZE: Vec2 = Vec2::new(super::WINDOW_SIZE.0 as f32, super::WINDOW_SIZE.1 as f32);
 
-/// Enough frames, and openings of a list, for what threads do meanwhile.
+/// The largest number of frames for which a test waits for a thread.
 const MOST_FRAMES: usize = 20_000;
+/// The largest number of times that a list is opened for an entry that a thread provides.
 const MOST_CLICKS: usize = 1_000;
 
 /// A window that shows a match.
@@ -44,7 +45,7 @@ impl TestWindow {
         let mut app = app();
         app.start_match(scenario).unwrap();
         app.world_mut().resource_mut::<super::shared::Playback>().paused = true;
-        // The camera that the panels belong to is there from the first frame on.
+        // The first frame spawns the camera that the panels belong to.
         app.update();
         let harness = Harness::builder().with_size(SIZE.to_array()).with_max_steps(32).build_ui_state(show_frame, app);
         Self(harness)
@@ -74,11 +75,21 @@ impl TestWindow {
         panic!("waiting for {what}: it does not come; the state is {:#}", self.state());
     }
 
+    /// Shows frames until no panel has a text that says that a thread is at work.
+    pub fn wait_until_gone(&mut self, text: &str) {
+        for _ in 0..MOST_FRAMES {
+            if !self.texts().iter().any(|shown| shown == text) {
+                return;
+            }
+            self.frames(1);
+            thread::yield_now();
+        }
+        panic!("`{text}` stays");
+    }
+
     /// The state of the window, as it is [reported](super::report_state).
     pub fn state(&mut self) -> Value {
-        let mut state = report_state::state_of(self.0.state_mut().world_mut());
-        state["widgets"] = Value::Null;
-        state
+        report_state::state_of(self.0.state_mut().world_mut())
     }
 
     /// Changes the size of the window, logical pixels.
@@ -90,7 +101,7 @@ impl TestWindow {
         self.frames(8);
     }
 
-    /// Presses a key, and shows the frames until the panels have followed.
+    /// Presses a key, which the keys of the window see but fields of panels do not: see [`TestWindow::press_in_field`].
     pub fn press(&mut self, key: KeyCode) {
         self.press_with(&[], key);
     }
@@ -110,9 +121,13 @@ impl TestWindow {
         self.frames(3);
     }
 
-    /// The widgets with a name, from those that were added first.
-    pub fn widgets<'a>(&'a self, name: &'a str) -> Vec<Node<'a>> {
-        let is_operable = |node: &Node| !matches!(node.accesskit_node().role(), Role::Label | Role::SpinButton);
+    /// The operable widgets with a name, in the order in which they were added; without texts and the number fields of
+    /// sliders, which have the same name.
+    fn widgets<'a>(&'a self, name: &'a str) -> Vec<Node<'a>> {
+        let is_operable = |node: &Node| {
+            let node = node.accesskit_node();
+            !matches!(node.role(), Role::Label | Role::SpinButton) && !node.is_disabled()
+        };
         self.0.query_all_by_label(name).filter(is_operable).collect()
     }
 
@@ -237,6 +252,7 @@ fn app() -> App {
             .disable::<LogPlugin>()
             .disable::<TerminalCtrlCHandlerPlugin>(),
     );
+    // The settings are those of a plugin that is left out.
     app.init_resource::<WinitSettings>()
         .insert_resource(TimeUpdateStrategy::ManualDuration(FRAME))
         .insert_resource(Simulator(&simulator))
@@ -253,7 +269,7 @@ fn simulator() -> App {
     app
 }
 
-/// The harness gives the panels their input and runs them.
+/// Leaves the input and the passes of the panels to the harness instead of `bevy_egui`.
 fn leave_panels_to_harness(
     added: On<Add, PrimaryEguiContext>,
     mut settings: Query<&mut EguiContextSettings>,

@@ -39,16 +39,18 @@ pub struct SavedFiles {
 /// Saves the match that is shown, and begins to write its trace.
 pub(super) fn saved_files(world: &mut World) {
     let text = match keep(world) {
-        Ok(path) => saved_words(&path),
+        Ok(path) => match_words(world.resource(), &path),
         Err(message) => format!("The match was not saved: {message}"),
     };
     world.resource_mut::<Notice>().tell(text);
 }
 
-/// What is said of a match that is saved in the file `path`.
-pub(super) fn saved_words(path: &Path) -> String {
-    let trace = if trace_of(path).exists() { "is" } else { "is being written" };
-    let path = path.display();
+/// Returns the notice about a match that is saved in the file `path`.
+pub(super) fn match_words(saved: &SavedFiles, path: &Path) -> String {
+    let trace = trace_of(path);
+    // The file has its name from its first line on, so only the list tells whether it is complete.
+    let is_being_written = saved.files.iter().any(|(file, _)| *file == trace);
+    let (path, trace) = (path.display(), if is_being_written { "is being written" } else { "is" });
     format!("Saved as {path}: `naoisis play {path}` continues it; its trace {trace} beside it")
 }
 

@@ -11,6 +11,7 @@ use naoisis_core::team::Team;
 use naoisis_sim::interface::gather::CurrentRecord;
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+use std::path::Path;
 
 const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
@@ -209,13 +210,16 @@ fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
     let again = |app: &mut App| saved_files::keep(app.world_mut()).unwrap();
     assert_eq!(again(&mut app), path, "it is not written twice");
     undo::act(app.world_mut(), Intervention::SetScore { blue: 3, pink: 0 });
-    assert_ne!(again(&mut app), path, "it is another match");
+    let other = again(&mut app);
+    assert_ne!(other, path, "it is another match");
+    let words = |app: &App, path: &Path| saved_files::match_words(app.world().resource(), path);
+    assert!(words(&app, &other).ends_with("its trace is being written beside it"));
     undo::undo(app.world_mut());
     let trace = path.with_extension("jsonl.zst");
     // Closing the window waits for the trace.
     app.world_mut().write_message(AppExit::Success);
     app.update();
-    assert!(saved_files::saved_words(&path).ends_with("its trace is beside it"));
+    assert!(words(&app, &path).ends_with("its trace is beside it"));
     let mut read = ReadTrace::open(&trace).unwrap();
     assert_eq!(read.history.cycles(), Some(0..=last));
     let placed = read.history.record(last).unwrap().unwrap();
