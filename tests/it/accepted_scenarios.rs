@@ -26,7 +26,7 @@ use naoisis::robot::gait::{BallTouch, Gait, Slip, StepNoise, WalkVolume};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickModel, KickSettings};
 use naoisis::robot::latency::Latency;
-use naoisis::robot::motion::{MotionError, MotionLimits};
+use naoisis::robot::motion::{MotionError, MotionSettings};
 use naoisis::robot::posture::PostureRequest;
 use naoisis::robot::request::TeamRequest;
 use naoisis::scenario::{
@@ -116,7 +116,7 @@ fn ball() -> impl Strategy<Value = Option<BallSpec>> {
     prop_oneof![9 => ball, 1 => Just(None)].boxed()
 }
 
-fn motion() -> impl Strategy<Value = MotionLimits> {
+fn motion() -> impl Strategy<Value = MotionSettings> {
     let error_sd = (within(0.0..=10.0), within(0.0..=10.0), within(0.0..=360.0))
         .prop_map(|(dx_m, dy_m, degrees)| MotionError { dx_m, dy_m, dtheta: to_radians(degrees) });
     (
@@ -125,7 +125,7 @@ fn motion() -> impl Strategy<Value = MotionLimits> {
         mostly(MotionError::default(), error_sd),
         mostly(None, gait().prop_map(Some)).boxed(),
     )
-        .prop_map(|(max_linear_mps, degrees, error_sd, gait)| MotionLimits {
+        .prop_map(|(max_linear_mps, degrees, error_sd, gait)| MotionSettings {
             max_linear_mps,
             max_angular: to_radians(degrees),
             error_sd,

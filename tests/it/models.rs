@@ -13,7 +13,7 @@ use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{CustomKicks, KickModel, KickSettings};
 use naoisis::robot::latency::Latency;
 use naoisis::robot::look::Look;
-use naoisis::robot::motion::MotionLimits;
+use naoisis::robot::motion::MotionSettings;
 use naoisis::scenario::{BehaviourSpec, LEAGUES, MODELS, RobotModel, RobotPatch, RobotSettings, RobotSpec};
 use naoisis::sensing::camera::CameraSettings;
 use naoisis::sensing::sonar::SonarSettings;
@@ -230,7 +230,7 @@ fn a_model_of_ones_own_is_a_file_and_a_robot_changes_its_own() {
 struct Equipment {
     head: HeadLimits,
     cameras: CameraSettings,
-    motion: MotionLimits,
+    motion: MotionSettings,
     sonar: SonarSettings,
     latency: Latency,
     falls: FallModel,
@@ -274,7 +274,7 @@ fn equipped(body: &Body, random: [f32; 12]) -> Equipment {
             diagonal_fov: between(fov, 1.3, 1.8),
             ..default()
         },
-        motion: MotionLimits { max_linear_mps, max_angular: between(speed, 1.2, 2.5), gait, ..default() },
+        motion: MotionSettings { max_linear_mps, max_angular: between(speed, 1.2, 2.5), gait, ..default() },
         sonar: SonarSettings {
             fitted: sonar > 0.4,
             height_m: 0.5 * body.height_m,

@@ -14,7 +14,7 @@ use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::head::{HeadCommand, HeadLimits};
 use naoisis_core::robot::kick::{KickRequest, KickSettings};
-use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_core::robot::motion::{MotionSettings, WalkCommand};
 use naoisis_core::robot::posture::PostureRequest;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
@@ -197,11 +197,11 @@ pub(crate) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
         // The robot can do nothing else, and there is nothing to learn in getting up.
         return RobotCommand { posture: Some(PostureRequest::GetUp), ..default() };
     }
-    let limits = robot.get::<MotionLimits>().copied().unwrap_or_default();
+    let motion = robot.get::<MotionSettings>().copied().unwrap_or_default();
     let head = robot.get::<HeadLimits>().copied().unwrap_or_default();
     let walk = |[forward, left, turn]: [f32; 3]| {
-        let [forward, left] = [forward, left].map(|share| share * limits.max_linear_mps);
-        Some(WalkCommand::at_velocity(forward, left, turn * limits.max_angular, clock))
+        let [forward, left] = [forward, left].map(|share| share * motion.max_linear_mps);
+        Some(WalkCommand::at_velocity(forward, left, turn * motion.max_angular, clock))
     };
     let kick = |kick_type, speed| {
         let available = robot.get::<KickSettings>().map(|kicks| available_kick(kick_type, kicks));
@@ -267,7 +267,7 @@ pub(crate) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
 /// walking, is the straight kick of the same foot.
 pub(super) fn continuous(command: &RobotCommand, world: &World, id: RobotId) -> [f32; CONTINUOUS.len()] {
     let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok());
-    let limits = robot.and_then(|robot| robot.get::<MotionLimits>().copied()).unwrap_or_default();
+    let motion = robot.and_then(|robot| robot.get::<MotionSettings>().copied()).unwrap_or_default();
     let head_limits = robot.and_then(|robot| robot.get::<HeadLimits>().copied()).unwrap_or_default();
     let period_s = world.resource::<CycleClock>().period();
     let share = |step: f32, greatest: f32| (step / (greatest * period_s)).clamp(-1.0, 1.0);
@@ -280,9 +280,9 @@ pub(super) fn continuous(command: &RobotCommand, world: &World, id: RobotId) -> 
         [(1.0 + speed.clamp(0.01, 1.0)) / 2.0, sign(kick_type.foot() == Side::Left), sign(kick_type.is_side_kick())]
     });
     [
-        share(walk.dx, limits.max_linear_mps),
-        share(walk.dy, limits.max_linear_mps),
-        share(walk.dtheta, limits.max_angular),
+        share(walk.dx, motion.max_linear_mps),
+        share(walk.dy, motion.max_linear_mps),
+        share(walk.dtheta, motion.max_angular),
         target(head_limits.yaw, head.yaw),
         target(head_limits.pitch, head.pitch),
         speed,

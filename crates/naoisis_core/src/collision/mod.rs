@@ -25,7 +25,7 @@ use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::robot::body::{Body, BodyBox};
 use crate::robot::gait::GaitState;
-use crate::robot::motion::MotionLimits;
+use crate::robot::motion::MotionSettings;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::RobotId;
@@ -88,7 +88,7 @@ struct CollidingRobot {
     pose: &'static mut Pose,
     previous: &'static PreviousPose,
     bounds: &'static Body,
-    limits: &'static MotionLimits,
+    motion: &'static MotionSettings,
     penalty: &'static Penalty,
     posture: &'static Posture,
     velocity: &'static mut Velocity,
@@ -195,7 +195,7 @@ impl Scratch {
                 start: robot.previous.0,
                 end: *robot.pose,
                 torso: robot.bounds.torso,
-                most_way: robot.limits.max_linear_mps * duration,
+                most_way: robot.motion.max_linear_mps * duration,
             });
         }
         self.cylinders.clear();
@@ -211,7 +211,7 @@ impl Scratch {
             let is_near = |ball: &MovingBall| ball.is_within(body.end.position, base.reach());
             let near = self.balls.iter().any(is_near).then(|| robots.get_mut(*entity).ok());
             let foot = near.flatten().and_then(|mut robot| {
-                let gait = robot.limits.gait.as_ref()?;
+                let gait = robot.motion.gait.as_ref()?;
                 let velocity = robot.gait.foot_velocity(gait);
                 if velocity == Vec2::ZERO {
                     return None;

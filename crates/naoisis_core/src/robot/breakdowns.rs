@@ -14,7 +14,7 @@ use super::falls::{FallSystems, fall};
 use super::head::{HeadAngles, HeadCommand};
 use super::kick::KickCommand;
 use super::latency::delay_commands;
-use super::motion::{ExecutedStep, MotionLimits};
+use super::motion::{ExecutedStep, MotionSettings};
 use super::posture::PostureCommand;
 use super::walk_command::WalkCommand;
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
@@ -72,7 +72,7 @@ fn hold_restarting(mut robots: Query<Commanded>) {
 #[query_data(mutable)]
 struct BreakingRobot {
     breakdowns: &'static Breakdowns,
-    limits: &'static MotionLimits,
+    motion: &'static MotionSettings,
     step: &'static ExecutedStep,
     penalty: &'static Penalty,
     condition: &'static mut Condition,
@@ -99,7 +99,7 @@ fn break_down(
         }
         if let Some(hot_after_s) = breakdowns.hot_after_s {
             let speed_mps = robot.step.0.translation().length() / period;
-            let speed_share = speed_mps / robot.limits.max_linear_mps.max(1e-3);
+            let speed_share = speed_mps / robot.motion.max_linear_mps.max(1e-3);
             robot.condition.warm_up(speed_share, hot_after_s, period);
         }
         if game.state != GameState::Playing || robot.penalty.is_active() || !robot.condition.is_running() {

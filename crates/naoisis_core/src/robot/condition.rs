@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::motion_limits::MotionLimits;
+use super::motion_settings::MotionSettings;
 use crate::knowledge::Knowledge;
 
 /// How often a robot breaks down. By default it never does.
@@ -53,18 +53,18 @@ pub struct Condition {
 
 impl Condition {
     /// The limits of the robot's walk in this condition.
-    pub(super) fn limits(&self, limits: &MotionLimits, breakdowns: &Breakdowns) -> MotionLimits {
+    pub(super) fn motion(&self, motion: &MotionSettings, breakdowns: &Breakdowns) -> MotionSettings {
         let is_hot = breakdowns.hot_after_s.is_some_and(|hot_after_s| self.heat_s >= hot_after_s);
-        let mut limits = *limits;
+        let mut motion = *motion;
         if is_hot {
-            limits.max_linear_mps *= breakdowns.hot_speed_share;
-            limits.max_angular *= breakdowns.hot_speed_share;
-            if let Some(gait) = &mut limits.gait {
+            motion.max_linear_mps *= breakdowns.hot_speed_share;
+            motion.max_angular *= breakdowns.hot_speed_share;
+            if let Some(gait) = &mut motion.gait {
                 gait.backward_mps *= breakdowns.hot_speed_share;
                 gait.sideways_mps *= breakdowns.hot_speed_share;
             }
         }
-        limits
+        motion
     }
 
     /// Updates the heat after `period` seconds of walking with `speed_share` of the full speed. The heat exceeds `hot_after_s` by at most a
@@ -90,14 +90,14 @@ mod tests {
     #[test]
     fn a_robot_that_walks_gets_hot_and_cools_down_as_it_stands() {
         let breakdowns = Breakdowns { hot_after_s: Some(60.0), ..Breakdowns::default() };
-        let limits = MotionLimits { max_linear_mps: 0.3, ..MotionLimits::default() };
+        let motion = MotionSettings { max_linear_mps: 0.3, ..MotionSettings::default() };
         let mut condition = Condition::default();
         for _ in 0..59 {
             condition.warm_up(1.0, 60.0, 1.0);
         }
-        assert_eq!(condition.limits(&limits, &breakdowns).max_linear_mps, 0.3);
+        assert_eq!(condition.motion(&motion, &breakdowns).max_linear_mps, 0.3);
         condition.warm_up(1.0, 60.0, 1.0);
-        assert_abs_diff_eq!(condition.limits(&limits, &breakdowns).max_linear_mps, 0.21, epsilon = 1e-6);
+        assert_abs_diff_eq!(condition.motion(&motion, &breakdowns).max_linear_mps, 0.21, epsilon = 1e-6);
         for _ in 0..100 {
             condition.warm_up(1.0, 60.0, 1.0);
         }
@@ -105,6 +105,6 @@ mod tests {
         for _ in 0..7 {
             condition.warm_up(0.0, 60.0, 1.0);
         }
-        assert_eq!(condition.limits(&limits, &breakdowns).max_linear_mps, 0.3);
+        assert_eq!(condition.motion(&motion, &breakdowns).max_linear_mps, 0.3);
     }
 }

@@ -12,8 +12,8 @@ use bevy::prelude::*;
 use core::f32::consts::{FRAC_PI_2, PI};
 use serde::{Deserialize, Serialize};
 
-use super::motion_limits::MotionLimits;
-pub use super::motion_limits::{BallTouch, Gait, Slip, StepNoise, WalkVolume};
+use super::motion_settings::MotionSettings;
+pub use super::motion_settings::{BallTouch, Gait, Slip, StepNoise, WalkVolume};
 use super::walk_command::WalkCommand;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
@@ -67,7 +67,7 @@ impl GaitState {
         &mut self,
         command: WalkCommand,
         gait: &Gait,
-        limits: &MotionLimits,
+        motion: &MotionSettings,
         period: f32,
         stream: &mut RandomStream,
     ) -> [WalkCommand; 2] {
@@ -77,8 +77,8 @@ impl GaitState {
         let ([mut way, mut on_ground], mut left_s) = ([Vec3::ZERO; 2], period);
         while left_s > NOTHING_S {
             if self.left_s <= NOTHING_S {
-                let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
-                self.velocity = gait.velocity_after(gait.within(self.velocity, limits), wanted, gait.step_s);
+                let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, motion);
+                self.velocity = gait.velocity_after(gait.within(self.velocity, motion), wanted, gait.step_s);
                 if self.velocity == Vec3::ZERO {
                     self.stand();
                     break;
@@ -144,9 +144,9 @@ impl WalkVolume {
 
 impl Gait {
     /// `velocity` (m/s, m/s, rad/s) scaled down to what the robot can walk.
-    fn within(&self, velocity: Vec3, limits: &MotionLimits) -> Vec3 {
-        let forward = if velocity.x < 0.0 { self.backward_mps } else { limits.max_linear_mps };
-        let greatest = Vec3::new(forward, self.sideways_mps, limits.max_angular);
+    fn within(&self, velocity: Vec3, motion: &MotionSettings) -> Vec3 {
+        let forward = if velocity.x < 0.0 { self.backward_mps } else { motion.max_linear_mps };
+        let greatest = Vec3::new(forward, self.sideways_mps, motion.max_angular);
         // A direction in which the robot cannot walk does not reduce the others.
         let possible = Vec3::select(greatest.cmpgt(Vec3::ZERO), velocity, Vec3::ZERO);
         let shares = possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE));
@@ -160,8 +160,8 @@ impl Gait {
 
     /// The steady velocity for the commanded velocity `wanted`: limited to what the robot can walk, and zero below the least
     /// speeds.
-    pub fn reachable(&self, wanted: Vec3, limits: &MotionLimits) -> Vec3 {
-        self.walked(self.within(wanted, limits))
+    pub fn reachable(&self, wanted: Vec3, motion: &MotionSettings) -> Vec3 {
+        self.walked(self.within(wanted, motion))
     }
 
     /// The steady velocity for a `velocity` that the robot can walk: zero below the least speeds.
@@ -211,7 +211,7 @@ mod tests {
         let mut way = Vec3::ZERO;
         for _ in 0..cycles_per_second * seconds {
             let [step, on_ground] =
-                state.walk(WalkCommand::new(x, y, z), &Gait::default(), &limits(), period, &mut stream);
+                state.walk(WalkCommand::new(x, y, z), &Gait::default(), &motion(), period, &mut stream);
             assert_eq!(step, on_ground);
             way += Vec3::new(step.dx, step.dy, step.dtheta);
         }
@@ -235,8 +235,8 @@ mod tests {
         assert_eq!(GaitState::default().foot_velocity(&gait), Vec2::ZERO, "it stands");
     }
 
-    fn limits() -> MotionLimits {
-        MotionLimits { max_linear_mps: 0.24, max_angular: 1.6, ..MotionLimits::default() }
+    fn motion() -> MotionSettings {
+        MotionSettings { max_linear_mps: 0.24, max_angular: 1.6, ..MotionSettings::default() }
     }
 
     #[test]
@@ -254,18 +254,18 @@ mod tests {
 
     #[test]
     fn sideways_and_turning_take_from_forward() {
-        let (gait, limits) = (Gait::default(), limits());
-        assert_eq!(gait.reachable(Vec3::new(9.0, 0.0, 0.0), &limits), Vec3::new(0.24, 0.0, 0.0));
-        assert_eq!(gait.reachable(Vec3::new(-9.0, 0.0, 0.0), &limits), Vec3::new(-0.15, 0.0, 0.0));
+        let (gait, motion) = (Gait::default(), motion());
+        assert_eq!(gait.reachable(Vec3::new(9.0, 0.0, 0.0), &motion), Vec3::new(0.24, 0.0, 0.0));
+        assert_eq!(gait.reachable(Vec3::new(-9.0, 0.0, 0.0), &motion), Vec3::new(-0.15, 0.0, 0.0));
         // Half of each.
-        let all = gait.reachable(Vec3::new(0.24, 0.0, 1.6), &limits);
+        let all = gait.reachable(Vec3::new(0.24, 0.0, 1.6), &motion);
         assert_abs_diff_eq!(all, Vec3::new(0.12, 0.0, 0.8), epsilon = 1e-6);
         // A third of each.
-        let all = gait.reachable(Vec3::new(0.24, -0.19, 1.6), &limits);
+        let all = gait.reachable(Vec3::new(0.24, -0.19, 1.6), &motion);
         assert_abs_diff_eq!(all, Vec3::new(0.24, -0.19, 1.6) / 3.0, epsilon = 1e-6);
         // Too slow to get anywhere.
-        assert_eq!(gait.reachable(Vec3::new(0.01, 0.01, 0.05), &limits), Vec3::ZERO);
-        let cannot_turn = MotionLimits { max_angular: 0.0, ..limits };
+        assert_eq!(gait.reachable(Vec3::new(0.01, 0.01, 0.05), &motion), Vec3::ZERO);
+        let cannot_turn = MotionSettings { max_angular: 0.0, ..motion };
         assert_eq!(gait.reachable(Vec3::new(0.2, 0.0, 1.0), &cannot_turn), Vec3::new(0.2, 0.0, 0.0));
     }
 
@@ -274,7 +274,7 @@ mod tests {
         let speeds = |translation_exponent: f32, rotation_exponent: f32, wanted: Vec3| {
             let volume = WalkVolume { translation_exponent, rotation_exponent };
             let gait = Gait { volume, ..Gait::default() };
-            gait.reachable(wanted * Vec3::new(0.24, 0.19, 1.6), &limits()) / Vec3::new(0.24, 0.19, 1.6)
+            gait.reachable(wanted * Vec3::new(0.24, 0.19, 1.6), &motion()) / Vec3::new(0.24, 0.19, 1.6)
         };
         // In an ellipsoid, equal shares are 1/√2 of two limits and 1/√3 of three.
         let slant = speeds(2.0, 2.0, Vec3::new(1.0, -1.0, 0.0));

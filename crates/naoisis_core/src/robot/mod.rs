@@ -16,7 +16,7 @@ pub mod kick;
 pub mod latency;
 pub mod look;
 pub mod motion;
-pub mod motion_limits;
+pub mod motion_settings;
 pub mod posture;
 pub mod request;
 pub mod walk_command;

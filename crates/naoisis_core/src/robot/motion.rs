@@ -13,7 +13,7 @@ use super::Roster;
 use super::condition::{Breakdowns, Condition};
 use super::gait::{GaitState, GroundStep};
 use super::kick::KickPhase;
-pub use super::motion_limits::{MotionError, MotionLimits};
+pub use super::motion_settings::{MotionError, MotionSettings};
 use super::posture::Posture;
 pub use super::walk_command::WalkCommand;
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
@@ -31,7 +31,7 @@ impl Plugin for MotionPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<WalkCommand>()
             .register_type::<ExecutedStep>()
-            .register_type::<MotionLimits>()
+            .register_type::<MotionSettings>()
             .register_type::<GaitState>()
             .register_type::<GroundStep>()
             .add_systems(Cycle, take_walk_commands.in_set(ActSystems::Walk))
@@ -51,7 +51,7 @@ pub struct ExecutedStep(pub WalkCommand);
 #[query_data(mutable)]
 struct WalkingRobot {
     id: &'static RobotId,
-    limits: &'static MotionLimits,
+    motion: &'static MotionSettings,
     breakdowns: &'static Breakdowns,
     condition: &'static Condition,
     kick_phase: &'static KickPhase,
@@ -92,10 +92,10 @@ fn take_walk_commands(
         };
         let is_free = robot.kick_phase.lets_walk() && robot.posture.is_upright() && !robot.penalty.is_active();
         let may_step = may_walk && is_free;
-        let limits = robot.condition.limits(robot.limits, robot.breakdowns);
-        [robot.step.0, robot.ground.0] = match &limits.gait {
-            None if may_step => [executed_step(wanted, &limits, clock.period(), &mut robot.streams.motion); 2],
-            Some(gait) if may_step => robot.gait.walk(wanted, gait, &limits, clock.period(), &mut robot.streams.slip),
+        let motion = robot.condition.motion(robot.motion, robot.breakdowns);
+        [robot.step.0, robot.ground.0] = match &motion.gait {
+            None if may_step => [executed_step(wanted, &motion, clock.period(), &mut robot.streams.motion); 2],
+            Some(gait) if may_step => robot.gait.walk(wanted, gait, &motion, clock.period(), &mut robot.streams.slip),
             _ => {
                 robot.gait.stand();
                 [WalkCommand::default(); 2]
@@ -115,16 +115,16 @@ fn walk(mut robots: Query<(&GroundStep, &mut Pose)>) {
 /// The displacement that the robot executes in a cycle of `period` seconds with `command`: the translation is scaled as a vector
 /// to the linear limit, which keeps its direction, the turn separately; then the error is added. A zero command is executed
 /// exactly.
-fn executed_step(command: WalkCommand, limits: &MotionLimits, period: f32, stream: &mut RandomStream) -> WalkCommand {
+fn executed_step(command: WalkCommand, motion: &MotionSettings, period: f32, stream: &mut RandomStream) -> WalkCommand {
     if command.is_null() {
         return command;
     }
-    let translation = command.translation().clamp_length_max(limits.max_linear_mps * period);
-    let most_turn = limits.max_angular * period;
+    let translation = command.translation().clamp_length_max(motion.max_linear_mps * period);
+    let most_turn = motion.max_angular * period;
     WalkCommand {
-        dx: translation.x + stream.gaussian(limits.error_sd.dx_m),
-        dy: translation.y + stream.gaussian(limits.error_sd.dy_m),
-        dtheta: command.dtheta.clamp(-most_turn, most_turn) + stream.gaussian(limits.error_sd.dtheta),
+        dx: translation.x + stream.gaussian(motion.error_sd.dx_m),
+        dy: translation.y + stream.gaussian(motion.error_sd.dy_m),
+        dtheta: command.dtheta.clamp(-most_turn, most_turn) + stream.gaussian(motion.error_sd.dtheta),
     }
 }
 
@@ -142,7 +142,7 @@ mod tests {
 
     fn exact_step(command: WalkCommand) -> WalkCommand {
         let mut stream = RandomStream::for_match(1, "test");
-        executed_step(command, &MotionLimits::default(), PERIOD, &mut stream)
+        executed_step(command, &MotionSettings::default(), PERIOD, &mut stream)
     }
 
     #[test]
@@ -155,12 +155,12 @@ mod tests {
     fn a_velocity_is_the_same_walk_however_long_the_cycles_are() {
         for cycles_per_second in [10, 30, 83] {
             let clock = CycleClock { period_s: 1.0 / f64::from(cycles_per_second), ..CycleClock::default() };
-            let limits = MotionLimits { max_linear_mps: 1.0, max_angular: 2.0, ..MotionLimits::default() };
+            let motion = MotionSettings { max_linear_mps: 1.0, max_angular: 2.0, ..MotionSettings::default() };
             let mut stream = RandomStream::for_match(1, "test");
             let command = WalkCommand::at_velocity(0.5, 0.0, 0.5, &clock);
             let mut pose = Pose::default();
             for _ in 0..cycles_per_second {
-                pose = after_step(pose, executed_step(command, &limits, clock.period(), &mut stream));
+                pose = after_step(pose, executed_step(command, &motion, clock.period(), &mut stream));
             }
             // An arc of 0.5 rad with a radius of 1 m, except for the corners between its steps: at most half of a turn of 0.05 rad.
             assert_abs_diff_eq!(pose.position, Vec2::new(0.5_f32.sin(), 1.0 - 0.5_f32.cos()), epsilon = 0.0125);
@@ -196,17 +196,17 @@ mod tests {
 
     #[test]
     fn the_error_has_the_spread_asked_for_in_each_dimension_and_null_commands_have_none() {
-        let limits = MotionLimits {
+        let motion = MotionSettings {
             error_sd: MotionError { dx_m: 0.001, dy_m: 0.002, dtheta: 0.01 },
-            ..MotionLimits::default()
+            ..MotionSettings::default()
         };
         let mut stream = RandomStream::for_match(5, "test");
-        assert!(executed_step(WalkCommand::default(), &limits, PERIOD, &mut stream).is_null());
+        assert!(executed_step(WalkCommand::default(), &motion, PERIOD, &mut stream).is_null());
         let count = 20_000;
         let command = WalkCommand::new(0.005, 0.0, 0.0);
         let mut sums = [0.0f64; 6];
         for _ in 0..count {
-            let step = executed_step(command, &limits, PERIOD, &mut stream);
+            let step = executed_step(command, &motion, PERIOD, &mut stream);
             for (index, error) in [step.dx - 0.005, step.dy, step.dtheta].into_iter().enumerate() {
                 sums[index] += f64::from(error);
                 sums[index + 3] += f64::from(error).powi(2);

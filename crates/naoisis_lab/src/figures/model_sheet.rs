@@ -14,7 +14,7 @@ use naoisis_core::geometry::{Pose, to_degrees};
 use naoisis_core::kick_geometry::KickGeometry;
 use naoisis_core::robot::body::{Body, Footprint};
 use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::motion::MotionLimits;
+use naoisis_core::robot::motion::MotionSettings;
 use naoisis_record::record::canvas::{Canvas, GREY, INK, PAPER};
 use naoisis_record::record::marks::{ORANGE, bright_line, key};
 use naoisis_sensing::appearance::colours;
@@ -60,9 +60,9 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let robot = &played.app;
     let body = robot.robot::<Body>(BLUE).copied().unwrap_or_default();
     let kicks = robot.robot::<KickSettings>(BLUE).copied().unwrap_or_default();
-    let limits = robot.robot::<MotionLimits>(BLUE).copied().unwrap_or_default();
+    let motion = robot.robot::<MotionSettings>(BLUE).copied().unwrap_or_default();
     draw_kicks(&mut canvas, &body, &kicks, Vec2::new(600.0, 700.0));
-    draw_speeds(&mut canvas, &limits, Vec2::new(1130.0, 700.0));
+    draw_speeds(&mut canvas, &motion, Vec2::new(1130.0, 700.0));
     Ok(canvas.into_image())
 }
 
@@ -219,9 +219,9 @@ fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) 
 }
 
 /// Plots the walking speed in each direction, without turning and with half of the greatest turning speed.
-fn draw_speeds(canvas: &mut Canvas, limits: &MotionLimits, at: Vec2) {
+fn draw_speeds(canvas: &mut Canvas, motion: &MotionSettings, at: Vec2) {
     let size = Vec2::splat(420.0);
-    let most = 1.15 * limits.max_linear_mps.max(0.05);
+    let most = 1.15 * motion.max_linear_mps.max(0.05);
     let axes = Axes { at, size, across: [most, -most], up: [-most, most] };
     caption(canvas, "g", "How fast it walks into each direction", at - Vec2::new(0.0, 22.0));
     let step = if most > 0.6 { 0.4 } else { 0.1 };
@@ -233,7 +233,7 @@ fn draw_speeds(canvas: &mut Canvas, limits: &MotionLimits, at: Vec2) {
             .map(|index| {
                 let angle = TAU * index as f32 / DIRECTIONS as f32;
                 let direction = Vec2::new(ops::cos(angle), ops::sin(angle));
-                let speed = fastest(limits, direction, share * limits.max_angular);
+                let speed = fastest(motion, direction, share * motion.max_angular);
                 axes.place(Vec2::new(speed.y, speed.x))
             })
             .collect();
@@ -244,10 +244,10 @@ fn draw_speeds(canvas: &mut Canvas, limits: &MotionLimits, at: Vec2) {
 }
 
 /// The greatest velocity in `direction` while turning at `turn` (rad/s), m/s, robot frame.
-fn fastest(limits: &MotionLimits, direction: Vec2, turn: f32) -> Vec2 {
-    let wanted = direction * limits.max_linear_mps;
-    match &limits.gait {
-        Some(gait) => gait.reachable(wanted.extend(turn), limits).truncate(),
+fn fastest(motion: &MotionSettings, direction: Vec2, turn: f32) -> Vec2 {
+    let wanted = direction * motion.max_linear_mps;
+    match &motion.gait {
+        Some(gait) => gait.reachable(wanted.extend(turn), motion).truncate(),
         None => wanted,
     }
 }

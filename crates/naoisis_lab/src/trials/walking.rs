@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{Laboratory, MeasuredQuantity, TrialError, deviation_of, mean_of};
 use naoisis_core::geometry::{to_degrees, wrap_angle};
 use naoisis_core::robot::gait::Gait;
-use naoisis_core::robot::motion::{ExecutedStep, MotionLimits};
+use naoisis_core::robot::motion::{ExecutedStep, MotionSettings};
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sim::scenario::{RobotModel, Scenario};
 use naoisis_sim::simulation::MatchApp;
@@ -136,7 +136,7 @@ fn mean(walks: &[Walk], value: impl Fn(&Walk) -> f64) -> f64 {
 }
 
 /// The gait of a scenario's robots. Robots without one walk equally fast in all directions.
-fn gait_of(motion: &MotionLimits) -> Gait {
+fn gait_of(motion: &MotionSettings) -> Gait {
     motion.gait.unwrap_or(Gait {
         backward_mps: motion.max_linear_mps,
         sideways_mps: motion.max_linear_mps,

@@ -11,7 +11,7 @@ use super::line_sighting::{PitchLine, SeenLine};
 use super::sighting::{Residual, Sighting};
 use crate::sensing::odometry::OdometryNoise;
 use naoisis_core::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
-use naoisis_core::robot::motion_limits::{Gait, Slip};
+use naoisis_core::robot::motion_settings::{Gait, Slip};
 
 /// The greatest standard deviations of position, m, and heading, radians. They represent no knowledge at all; greater ones would overflow
 /// in the long run.

@@ -14,7 +14,7 @@ use crate::sensing::camera::field_of_view::FieldOfView;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::vision::GazeNoise;
 use naoisis_core::knowledge::Knowledge;
-use naoisis_core::robot::motion_limits::MotionLimits;
+use naoisis_core::robot::motion_settings::MotionSettings;
 
 /// The settings of the simple estimator, which updates the belief of robots with this component.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -74,12 +74,12 @@ impl SimpleBelief {
     /// Adapts the settings to the robot's gait, odometry, cameras and gaze noise.
     pub(super) fn with_known(
         self,
-        (limits, odometry): (&MotionLimits, &OdometrySettings),
+        (motion, odometry): (&MotionSettings, &OdometrySettings),
         view: &FieldOfView,
         gaze: GazeNoise,
     ) -> Self {
         let landmarks = LandmarkModel { lens_height_m: view.lens_height_m, ..self.landmarks };
         let landmarks = if gaze == GazeNoise::default() { landmarks } else { landmarks.of_rocking_cameras() };
-        Self { step_error: self.step_error.with_known(limits.gait.as_ref(), &odometry.noise), landmarks, ..self }
+        Self { step_error: self.step_error.with_known(motion.gait.as_ref(), &odometry.noise), landmarks, ..self }
     }
 }

@@ -31,7 +31,7 @@ use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::referee::shoot_out::places_for_shot;
 use naoisis_core::referee::{GameStatus, formation, start_pose};
 use naoisis_core::robot::head::HeadAngles;
-use naoisis_core::robot::motion_limits::MotionLimits;
+use naoisis_core::robot::motion_settings::MotionSettings;
 use naoisis_core::team::RobotId;
 
 mod publish;
@@ -117,7 +117,7 @@ struct BelievingRobot {
     head: &'static HeadAngles,
     camera: &'static CameraSettings,
     vision: &'static VisionSettings,
-    steps: (&'static MotionLimits, &'static OdometrySettings),
+    steps: (&'static MotionSettings, &'static OdometrySettings),
     percepts: &'static Percepts,
     sonar: &'static SonarReading,
     sonar_settings: &'static SonarSettings,

@@ -434,16 +434,16 @@ mod tests {
     use super::*;
     use naoisis_core::ball::Rolling;
     use naoisis_core::robot::kick::KickSettings;
-    use naoisis_core::robot::motion::MotionLimits;
+    use naoisis_core::robot::motion::MotionSettings;
     use naoisis_sensing::sensing::sonar::SonarNoise;
     use serde_json::json;
 
     #[test]
     fn lists_are_no_structs_and_numbers_stay_finite() {
-        assert!(read::<MotionLimits>(&json!([0.1])).is_err());
-        assert!(read::<MotionLimits>(&json!({ "max_linear_mps": 1e300 })).is_err());
+        assert!(read::<MotionSettings>(&json!([0.1])).is_err());
+        assert!(read::<MotionSettings>(&json!({ "max_linear_mps": 1e300 })).is_err());
         assert!(read::<[f32; 2]>(&json!([1, 2, 3])).is_err());
-        assert_eq!(read::<MotionLimits>(&json!({})), Ok(MotionLimits::default()));
+        assert_eq!(read::<MotionSettings>(&json!({})), Ok(MotionSettings::default()));
     }
 
     #[test]

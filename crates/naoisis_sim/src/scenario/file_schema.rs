@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn ranges_in_the_schema_are_those_of_validation() {
         let schema = FileKind::Scenario.schema();
-        let speed = &schema["definitions"]["MotionLimits"]["properties"]["max_linear_mps"];
+        let speed = &schema["definitions"]["MotionSettings"]["properties"]["max_linear_mps"];
         let most = speed["maximum"].as_f64().unwrap();
         let read = |speed: f64| Scenario::from_json(&json!({ "motion": { "max_linear_mps": speed } }).to_string());
         assert!(read(most).is_ok() && read(most + 0.01).is_err());

@@ -24,7 +24,7 @@ macro_rules! robot_settings {
                 /// The cameras.
                 cameras: naoisis_sensing::sensing::camera::CameraSettings ["lens", "noise"],
                 /// How it walks.
-                motion: naoisis_core::robot::motion::MotionLimits ["gait"],
+                motion: naoisis_core::robot::motion::MotionSettings ["gait"],
                 /// How it kicks.
                 kicks: naoisis_core::robot::kick::KickSettings ["direction_sd_deg", "speed_sd"],
                 /// What it recognises.

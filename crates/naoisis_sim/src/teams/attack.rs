@@ -101,7 +101,7 @@ pub fn go_for(
 /// The first and the last velocity of the legs (m/s, m/s, rad/s) until the player strikes in a kick in walking.
 fn walks_until_struck(player: &Player, memory: &PlayerMemory) -> [Vec3; 2] {
     let fastest = Vec3::X * speed_in_kick_mps(player);
-    match &player.limits.gait {
+    match &player.motion.gait {
         _ if player.body != BodyStatus::Walking => [Vec3::ZERO; 2],
         Some(gait) => [memory.walks, gait.velocity_after(memory.walks, fastest, gait.step_s)],
         None => [Vec3::ZERO, fastest],
@@ -112,7 +112,7 @@ fn walks_until_struck(player: &Player, memory: &PlayerMemory) -> [Vec3; 2] {
 fn speed_in_kick_mps(player: &Player) -> f32 {
     /// Faster robots slow down: they would run into opponents behind the ball.
     const FASTEST_MPS: f32 = 0.4;
-    player.limits.max_linear_mps.min(FASTEST_MPS)
+    player.motion.max_linear_mps.min(FASTEST_MPS)
 }
 
 /// A step straight on.
@@ -125,7 +125,7 @@ fn straight_on(player: &Player) -> WalkCommand {
 fn has_looked(player: &Player, memory: &mut PlayerMemory) -> bool {
     /// The duration of a sway, s.
     const LOOK_S: f32 = 0.4;
-    if player.limits.gait.is_none() {
+    if player.motion.gait.is_none() {
         return true;
     }
     let since_s = *memory.ready_since_s.get_or_insert(player.status.time_s);
@@ -163,7 +163,7 @@ fn has_kicked_blindly(player: &Player, memory: &PlayerMemory, ball: &BallBelief)
 
 /// Whether the player stands exactly at its planned place for the kick.
 fn is_at_kick_place(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> bool {
-    let (abilities, obstacles) = ((player.kicks, player.limits), player.obstacles());
+    let (abilities, obstacles) = ((player.kicks, player.motion), player.obstacles());
     let plan = KickPlan::choose(ball.position_m, aim, player.pose(), &obstacles, abilities, memory.kick);
     plan.is_some_and(|plan| plan.position.distance_squared(player.position()) < BLIND_EXACTNESS_M * BLIND_EXACTNESS_M)
 }
@@ -233,7 +233,7 @@ fn line_up(
         memory.at_ball_since_s = Some(player.status.time_s);
     }
     let mut obstacles = player.obstacles();
-    let abilities = (player.kicks, player.limits);
+    let abilities = (player.kicks, player.motion);
     let plan = (!aim.dribbles)
         .then(|| KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, abilities, memory.kick))
         .flatten();
@@ -323,7 +323,7 @@ mod tests {
     #[test]
     fn a_robot_with_a_gait_stands_and_looks_before_it_kicks_and_does_not_kick_twice() {
         let mut situation = PlayerFixture::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
-        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        situation.motion.gait = Some(naoisis_core::robot::gait::Gait::default());
         situation.latency.kick_s = 0.033;
         situation.body = BodyStatus::Walking;
         let mut memory = PlayerMemory::default();

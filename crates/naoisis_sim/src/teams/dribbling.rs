@@ -20,9 +20,9 @@ const LEAST_TOUCH_M: f32 = 0.3;
 /// Returns the walking speed at which the ball rolls about [`TOUCH_M`] after a touch, at most the greatest speed, m/s, and how far the ball
 /// rolls then, m. `None` for a robot that does not dribble: one whose feet do not swing ahead of it, or that hardly moves the ball.
 pub fn dribbling(player: &Player) -> Option<(f32, f32)> {
-    let gait = player.limits.gait.as_ref().filter(|gait| gait.touch.foot_speed > 1.0)?;
+    let gait = player.motion.gait.as_ref().filter(|gait| gait.touch.foot_speed > 1.0)?;
     let multiple = BOUNCE * gait.touch.foot_speed;
-    let speed_mps = (player.rolling.speed_for_distance(TOUCH_M) / multiple).min(player.limits.max_linear_mps);
+    let speed_mps = (player.rolling.speed_for_distance(TOUCH_M) / multiple).min(player.motion.max_linear_mps);
     let rolls_m = player.rolling.distance(multiple * speed_mps);
     (rolls_m > LEAST_TOUCH_M).then_some((speed_mps, rolls_m))
 }
@@ -39,7 +39,7 @@ pub fn dribbles(player: &Player, company: Company, ball: Vec2) -> impl Iterator<
             let aim = Aim { dribbles: true, ..Aim::at(ball, place) };
             let ready_s = ready_s(player, ball, aim.direction, speed_mps);
             let ready = is_first(player, ready_s, theirs_s);
-            let follows_s = 2.0 * rolls_m / (speed_mps + player.limits.max_linear_mps);
+            let follows_s = 2.0 * rolls_m / (speed_mps + player.motion.max_linear_mps);
             let value = ready * dribble_worth(player, company, [ball, place], follows_s) + (1.0 - ready) * contested;
             (aim, place, value - time_worth(player, ready_s))
         })
@@ -52,8 +52,8 @@ fn ready_s(player: &Player, ball: Vec2, direction: Vec2, speed_mps: f32) -> f32 
     let way_m = player.position().distance(ball - direction * clearance_m);
     let turn = angle_of(unrotate(player.forward, direction)).abs();
     let stretch_m = (clearance_m - player.own_body.base.x_m[1] - player.ball_radius_m).max(0.0);
-    way_m / player.limits.max_linear_mps.max(1e-3)
-        + 0.5 * turn / player.limits.max_angular.max(0.1)
+    way_m / player.motion.max_linear_mps.max(1e-3)
+        + 0.5 * turn / player.motion.max_angular.max(0.1)
         + stretch_m / speed_mps
 }
 
@@ -70,7 +70,7 @@ pub fn walk_into(player: &Player, ball: Vec2, direction: Vec2) -> Option<WalkCom
     /// The turning speed for each radian that is missing, 1/s.
     const TURN_PER_S: f32 = 1.0;
     let (speed_mps, _) = dribbling(player)?;
-    let gait = player.limits.gait.as_ref()?;
+    let gait = player.motion.gait.as_ref()?;
     let place = player.in_robot(ball);
     let to_touch_m = place.x - player.own_body.base.x_m[1] - player.ball_radius_m;
     let off = angle_of(unrotate(player.forward, direction));
@@ -82,8 +82,8 @@ pub fn walk_into(player: &Player, ball: Vec2, direction: Vec2) -> Option<WalkCom
     }
     // As fast as it can be and still brake to the speed of the touch.
     let most_mps = (speed_mps * speed_mps + 2.0 * gait.acceleration_mps2 * to_touch_m.max(0.0)).sqrt();
-    let wanted = place.normalize_or(Vec2::X) * most_mps.min(player.limits.max_linear_mps);
-    let Vec3 { x, y, z } = gait.reachable(wanted.extend(TURN_PER_S * off), player.limits) * player.period;
+    let wanted = place.normalize_or(Vec2::X) * most_mps.min(player.motion.max_linear_mps);
+    let Vec3 { x, y, z } = gait.reachable(wanted.extend(TURN_PER_S * off), player.motion) * player.period;
     Some(WalkCommand { dx: x, dy: y, dtheta: z })
 }
 
@@ -102,9 +102,9 @@ mod tests {
     fn with_feet(max_linear_mps: f32, foot_speed: f32) -> PlayerFixture {
         let mut situation = PlayerFixture::new(Pose::new(-0.25, 0.0, 0.0), Vec2::ZERO);
         situation.rolling = Rolling::ConstantMps2(0.35);
-        situation.limits.max_linear_mps = max_linear_mps;
+        situation.motion.max_linear_mps = max_linear_mps;
         let touch = BallTouch { foot_speed, direction_sd: 0.0 };
-        situation.limits.gait = Some(Gait { touch, ..Gait::default() });
+        situation.motion.gait = Some(Gait { touch, ..Gait::default() });
         situation
     }
 

@@ -45,7 +45,7 @@ pub fn place_to_check(player: &Player, looked: &GazeHistory, walk: &WalkCommand)
     let can_see = |place: Vec2| place.x > reach * place.length();
     let way = angle_of(walk.translation());
     let (ahead_s, least_m) = AHEAD;
-    let ahead_m = (ahead_s * player.limits.max_linear_mps).max(least_m);
+    let ahead_m = (ahead_s * player.motion.max_linear_mps).max(least_m);
     let unseen_for = |after_s: f32, aside: f32| {
         let is_old = looked.age_s(player.pose().heading + way + aside, now_s) > after_s;
         is_old.then(|| ahead_m * unit(way + aside)).filter(|&place| can_see(place))
@@ -57,7 +57,7 @@ pub fn place_to_check(player: &Player, looked: &GazeHistory, walk: &WalkCommand)
 
 /// The believed place (m, robot frame) of the opponent near by that was not seen for the longest time.
 fn neighbour(player: &Player) -> Option<Vec2> {
-    let near_m = ROBOT_CLEARANCE_M + 2.0 * player.wider_than_nao_m() + NEAR_S * player.limits.max_linear_mps;
+    let near_m = ROBOT_CLEARANCE_M + 2.0 * player.wider_than_nao_m() + NEAR_S * player.motion.max_linear_mps;
     let opponents = player.belief.opponents.iter();
     let old = opponents.filter(|other| (NEIGHBOUR_S..OBSTACLE_MEMORY_S).contains(&other.age_s));
     old.filter(|other| other.position_m.distance_squared(player.position()) < near_m * near_m)

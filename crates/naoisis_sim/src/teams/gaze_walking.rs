@@ -34,7 +34,7 @@ pub fn watch(player: &Player, memory: &mut PlayerMemory, walk: &WalkCommand) -> 
         return player.head.look_at(post);
     }
     // A robot that walks step by step cannot stop at the moment of contact, and looks for opponents in time.
-    let besides = match player.limits.gait {
+    let besides = match player.motion.gait {
         Some(_) => place_to_check(player, &memory.looked_around, walk),
         None => way_to_look_along(player, ball, walk),
     };
@@ -57,11 +57,11 @@ fn way_to_look_along(player: &Player, ball: Vec2, walk: &WalkCommand) -> Option<
     const NEAR_BALL_S: f32 = 3.0;
     let speed_mps = walk.translation().length() / player.period;
     let way = walk.translation().normalize_or_zero();
-    let walks = speed_mps > 0.3 * player.limits.max_linear_mps;
+    let walks = speed_mps > 0.3 * player.motion.max_linear_mps;
     let is_seen = way.dot(ball.normalize_or(Vec2::X)) > IN_VIEW;
-    let is_near_ball = ball.length() < NEAR_BALL_S * player.limits.max_linear_mps;
+    let is_near_ball = ball.length() < NEAR_BALL_S * player.motion.max_linear_mps;
     let is_time = player.status.time_s.rem_euclid(EVERY_S) < FOR_S;
-    let ahead_m = (AHEAD_S * player.limits.max_linear_mps).clamp(AHEAD_M[0], AHEAD_M[1]);
+    let ahead_m = (AHEAD_S * player.motion.max_linear_mps).clamp(AHEAD_M[0], AHEAD_M[1]);
     (player.head.turns() && walks && !is_seen && !is_near_ball && is_time).then_some(way * ahead_m)
 }
 

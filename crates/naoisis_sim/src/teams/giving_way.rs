@@ -33,7 +33,7 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
     for way in seen.chain(player.echoes().map(|(_, way)| way)) {
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
-        let most_mps = match &player.limits.gait {
+        let most_mps = match &player.motion.gait {
             Some(_) => {
                 let free_m = OWN_SHARE * (distance - STOP_M - wider_m);
                 player.speed_to_stop_within_mps(free_m).max(HARMLESS_MPS)
@@ -49,7 +49,7 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
         step -= line * (towards - most);
     }
     let step = unrotate(player.forward, step);
-    let dy = if walks_sideways(player.limits) { step.y } else { 0.0 };
+    let dy = if walks_sideways(player.motion) { step.y } else { 0.0 };
     WalkCommand { dx: step.x, dy, dtheta: walk.dtheta }
 }
 
@@ -84,7 +84,7 @@ mod tests {
         let given = give_way(&situation.player(), ahead, &[opponent(0.35, 0.15)]);
         assert!(given.dx < ahead.dx && given.dy < 0.0 && given.dtheta == ahead.dtheta, "{given:?}");
         assert_eq!(give_way(&situation.player(), ahead, &[opponent(0.0, 0.35)]), ahead);
-        situation.limits.gait = Some(Gait::default());
+        situation.motion.gait = Some(Gait::default());
         // A robot that cannot stop at once brakes in time.
         assert!(dx(&situation, 0.45) < 0.005 && dx(&situation, 0.9) == 0.006);
         situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.2, 0.0);
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn a_player_does_not_walk_at_what_only_its_sonars_detect() {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 2.0));
-        situation.limits.gait = Some(Gait::default());
+        situation.motion.gait = Some(Gait::default());
         let ahead = WalkCommand::new(0.006, 0.0, 0.0);
         let given = |situation: &PlayerFixture, walk: WalkCommand| give_way(&situation.player(), walk, &[]);
         assert_eq!(given(&situation, ahead), ahead);

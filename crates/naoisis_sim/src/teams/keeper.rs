@@ -94,7 +94,7 @@ fn clearing(player: &Player, memory: &PlayerMemory, ball: &BallBelief, clear_m: 
     let is_nearer = |mate: &RobotBelief| {
         mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
     };
-    let is_within_s = |time_s: f32| (clear_distance..time_s * player.limits.max_linear_mps).contains(&distance);
+    let is_within_s = |time_s: f32| (clear_distance..time_s * player.motion.max_linear_mps).contains(&distance);
     let sweeps = (is_within_s(SWEEP_S) && is_first_at(player, memory, position, SWEEP_LEAD_S, 0.0))
         || (player.walks_in_steps()
             && is_within_s(FAR_SWEEP_S)
@@ -179,7 +179,7 @@ fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRe
     let way = y - player.position().y;
     let time_s = (ball.x - player.position().x) / -velocity.x;
     let body_m = BODY_M * player.own_body.width_in_naos();
-    let sideways_mps = player.limits.gait.map_or(player.limits.max_linear_mps, |gait| gait.sideways_mps);
+    let sideways_mps = player.motion.gait.map_or(player.motion.max_linear_mps, |gait| gait.sideways_mps);
     let walks = sideways_mps * time_s + body_m;
     let reaches = player.rules.dive_reach_m + body_m;
     let faces_ball = player.forward.x > 0.8 && player.body.is_free();
@@ -200,7 +200,7 @@ fn coming_out_m(player: &Player, distance: f32) -> f32 {
     if distance > SHOT_RANGE_SHARE * reach_m(player) {
         return 0.0;
     }
-    let back_mps = player.limits.gait.map_or(player.limits.max_linear_mps, |gait| gait.backward_mps);
+    let back_mps = player.motion.gait.map_or(player.motion.max_linear_mps, |gait| gait.backward_mps);
     (SHARE_OF_WAY * distance).min(BACK_S * back_mps)
 }
 
@@ -254,7 +254,7 @@ mod tests {
         let out = |situation: &PlayerFixture, distance: f32| coming_out_m(&situation.player(), distance);
         // 5 s at 0.2 m/s are 1 m; kicks reach 4 m.
         assert_eq!([out(&situation, 1.5), out(&situation, 2.5), out(&situation, 3.5)], [0.75, 1.0, 0.0]);
-        situation.limits.gait = Some(naoisis_core::robot::gait::Gait { backward_mps: 0.1, ..default() });
+        situation.motion.gait = Some(naoisis_core::robot::gait::Gait { backward_mps: 0.1, ..default() });
         assert_eq!(out(&situation, 2.5), 0.5);
     }
 
@@ -288,7 +288,7 @@ mod tests {
         };
         // 2 m from the goal: within 5.5 s of 0.5 m/s, and not of 0.2 m/s.
         assert!(!clears(&situation));
-        situation.limits.max_linear_mps = 0.5;
+        situation.motion.max_linear_mps = 0.5;
         assert!(clears(&situation));
         let robot = |x: f32| RobotBelief { id: None, position_m: Vec2::new(x, 0.0), covariance: [0.0; 3], age_s: 0.0 };
         // The ball is 1.7 m from the keeper, 3.4 s.
@@ -310,7 +310,7 @@ mod tests {
             memory.attacks
         };
         assert!(!clears(&situation, &mut PlayerMemory::default()));
-        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        situation.motion.gait = Some(naoisis_core::robot::gait::Gait::default());
         let mut memory = PlayerMemory::default();
         assert!(clears(&situation, &mut memory));
         let robot = |x: f32| RobotBelief { id: None, position_m: Vec2::new(x, 0.0), covariance: [0.0; 3], age_s: 0.0 };

@@ -99,7 +99,7 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
         // A ball that was seen before, or that no kick has brought there since, is not the one on the mark. Robots without a gait do not
         // need this: they see the ball on the mark at once.
         let most_m = IN_PLAY_M + FASTEST_MPS * for_s;
-        let may_be_it = player.limits.gait.is_none() || ball.age_s < for_s && from_mark_m2 < most_m * most_m;
+        let may_be_it = player.motion.gait.is_none() || ball.age_s < for_s && from_mark_m2 < most_m * most_m;
         may_be_it && from_mark_m2 > least_m * least_m
     };
     let is_over = |for_s: f32| for_s > KICK_OFF_S || player.ball().is_some_and(|ball| is_in_play(ball, for_s));
@@ -150,7 +150,7 @@ fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
     let radius = player.pitch.centre_circle_diameter_m / 2.0;
     let decision = Decision { kick: None, ..decision };
     let away = player.position();
-    if player.limits.gait.is_some() && away.length() < radius + CIRCLE_SWAY_M {
+    if player.motion.gait.is_some() && away.length() < radius + CIRCLE_SWAY_M {
         let outwards = Vec2::new(away.x.min(0.0), away.y).normalize_or(-Vec2::X);
         let place = outwards * (radius + CIRCLE_MARGIN_M);
         // Backwards, with the ball in view.
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
     use crate::teams::player::tests::PlayerFixture;
     use naoisis_core::robot::gait::Gait;
-    use naoisis_core::robot::motion::MotionLimits;
+    use naoisis_core::robot::motion::MotionSettings;
     use naoisis_core::team::Team;
     use naoisis_sensing::belief::Belief;
 
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn a_kick_off_is_over_when_the_ball_is_seen_away_from_the_mark() {
         let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.9, 0.0), Vec2::ZERO);
-        situation.limits.gait = Some(Gait::default());
+        situation.motion.gait = Some(Gait::default());
         let is_over = |situation: &mut PlayerFixture, time_s: f32, ball: (f32, f32)| {
             let ball = BallBelief { position_m: Vec2::new(ball.0, 0.0), age_s: ball.1, ..default() };
             situation.belief = Belief { ball: Some(ball), ..situation.belief.clone() };
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn a_ball_that_is_seen_elsewhere_in_a_single_image_is_not_in_play() {
         let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.9, 0.0), Vec2::ZERO);
-        situation.limits.gait = Some(Gait::default());
+        situation.motion.gait = Some(Gait::default());
         let restarts = Some(situation.status.restarts);
         let mut memory = PlayerMemory { restarts, kick_off_since_s: Some(10.0), ..default() };
         for cycle in 0..200 {
@@ -248,7 +248,7 @@ mod tests {
     fn players_with_a_gait_brake_before_the_halfway_line() {
         let gait = Gait { acceleration_mps2: 0.55, step_s: 0.25, ..Gait::default() };
         let mut situation = PlayerFixture::new(Pose::new(-1.9, 1.2, 0.0), Vec2::ZERO);
-        situation.limits = MotionLimits { max_linear_mps: 0.6, gait: Some(gait), ..MotionLimits::default() };
+        situation.motion = MotionSettings { max_linear_mps: 0.6, gait: Some(gait), ..MotionSettings::default() };
         situation.rules.kick_off_free_s = Some(10.0);
         let memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
         for team in [Team::Blue, Team::Pink] {
@@ -262,7 +262,7 @@ mod tests {
     fn players_with_a_gait_brake_before_the_circle_and_walk_out_of_it() {
         let mut situation = PlayerFixture::new(Pose::new(-1.9, 0.0, 0.0), Vec2::ZERO);
         let gait = Gait { acceleration_mps2: 0.55, step_s: 0.25, ..Gait::default() };
-        situation.limits = MotionLimits { max_linear_mps: 0.6, gait: Some(gait), ..MotionLimits::default() };
+        situation.motion = MotionSettings { max_linear_mps: 0.6, gait: Some(gait), ..MotionSettings::default() };
         let memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
         situation.status.kick_off_team = Team::Pink;
         let radius = situation.pitch.centre_circle_diameter_m / 2.0;

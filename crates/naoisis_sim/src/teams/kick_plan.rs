@@ -9,7 +9,7 @@ use super::walking::{least_walking_time_s, walking_time_s};
 use naoisis_core::geometry::{Pose, angle_of, unrotate};
 use naoisis_core::kick_geometry::{KickGeometry, KickType};
 use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::motion::MotionLimits;
+use naoisis_core::robot::motion::MotionSettings;
 
 /// A kick that can be aimed is prepared for at most this share of its greatest angle: the rest is a reserve for errors.
 pub(super) const AIMED_SHARE: f32 = 0.7;
@@ -49,11 +49,11 @@ impl KickPlan {
         aim: &Aim,
         own: Pose,
         obstacles: &Obstacles,
-        (kicks, limits): (&KickSettings, &MotionLimits),
+        (kicks, motion): (&KickSettings, &MotionSettings),
         previous: Option<KickType>,
     ) -> Option<Self> {
         let forward = own.forward();
-        let turns_radps = 1.4 * (limits.max_angular / FRAC_PI_2).max(0.1);
+        let turns_radps = 1.4 * (motion.max_angular / FRAC_PI_2).max(0.1);
         let furthest_m = kicks.types().map(|kick| kicks.max_distance_m(kick)).fold(0.0, f32::max);
         let mut best: Option<(f32, Self)> = None;
         for kick_type in kicks.types() {
@@ -64,7 +64,7 @@ impl KickPlan {
             let turn_s = (facing - forward).length() / turns_radps;
             let passes_ball =
                 way.dot(ball - own.position) > 0.0 && way.length_squared() > ball.distance_squared(own.position);
-            let speed_mps = limits.max_linear_mps.max(0.01);
+            let speed_mps = motion.max_linear_mps.max(0.01);
             let detour_s = if passes_ball {
                 let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
                 0.8 * (0.25 + ball_side).max(0.0) / speed_mps
@@ -83,9 +83,9 @@ impl KickPlan {
             // The first of equal plans is the best. Whether the place is taken is not checked for a kick that is worse already, and the
             // angles are not computed for one that is too far away.
             let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
-            let mut cost_s = cost_of(match &limits.gait {
-                Some(_) if is_worse(cost_of(least_walking_time_s(forward, way, facing, limits))) => continue,
-                Some(gait) => walking_time_s(forward, way, facing, gait, limits),
+            let mut cost_s = cost_of(match &motion.gait {
+                Some(_) if is_worse(cost_of(least_walking_time_s(forward, way, facing, motion))) => continue,
+                Some(gait) => walking_time_s(forward, way, facing, gait, motion),
                 None => (way.length() / speed_mps).max(turn_s) + 0.4 * turn_s,
             });
             if is_worse(cost_s) {
@@ -144,7 +144,7 @@ mod tests {
                 &aim,
                 own,
                 &Obstacles::default(),
-                (&KickSettings::default(), &MotionLimits::default()),
+                (&KickSettings::default(), &MotionSettings::default()),
                 None,
             )
             .unwrap()
@@ -164,7 +164,7 @@ mod tests {
         let mut obstacles = Obstacles::default();
         obstacles.add(Vec2::new(0.8, -0.25), 0.36);
         let plan =
-            KickPlan::choose(ball, &aim, own, &obstacles, (&KickSettings::default(), &MotionLimits::default()), None)
+            KickPlan::choose(ball, &aim, own, &obstacles, (&KickSettings::default(), &MotionSettings::default()), None)
                 .unwrap();
         assert!(plan.position.distance(Vec2::new(0.8, -0.25)) > 0.2, "{plan:?}");
     }

@@ -57,7 +57,7 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand, HeadLimits};
 use naoisis_core::robot::kick::{KickCommand, KickSettings};
 use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_core::robot::motion::{MotionSettings, WalkCommand};
 use naoisis_core::robot::posture::PostureCommand;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::{Belief, SimpleBelief};
@@ -169,7 +169,7 @@ struct PlayerQuery {
     body: &'static BodyStatus,
     sonar: &'static SonarReading,
     sonar_settings: &'static SonarSettings,
-    limits: &'static MotionLimits,
+    motion: &'static MotionSettings,
     kicks: &'static KickSettings,
     latency: &'static Latency,
     own_body: &'static Body,
@@ -206,7 +206,7 @@ fn play<Role: Component>(
             body: *robot.body,
             sonar: *robot.sonar,
             sonar_settings: robot.sonar_settings,
-            limits: robot.limits,
+            motion: robot.motion,
             kicks: robot.kicks,
             latency: robot.latency,
             own_body: robot.own_body,
@@ -224,7 +224,7 @@ fn play<Role: Component>(
             _ => own,
         };
         let memory = &mut *robot.memory;
-        if player.limits.gait.is_some() {
+        if player.motion.gait.is_some() {
             memory.looked_around.note(player.pose().heading + robot.head_angles.yaw, status.time_s);
         }
         roles::note_attackers(&player, memory);
@@ -235,7 +235,7 @@ fn play<Role: Component>(
             **reasons = if decides { explain(&player, before, &decision) } else { Reasons::default() };
         }
         memory.walks =
-            walking::reckoned_velocity(memory.walks, &decision.walk, player.body, player.limits, player.period);
+            walking::reckoned_velocity(memory.walks, &decision.walk, player.body, player.motion, player.period);
         *robot.walk = decision.walk;
         *robot.head = decision.head.unwrap_or_else(|| gaze_walking::watch(&player, memory, &decision.walk));
         robot.kick.0 = decision.kick;
@@ -283,7 +283,7 @@ fn decide_in_game(player: &Player, memory: &mut PlayerMemory, decide: Decide) ->
 /// Removes from a decision what would walk into an opponent, for robots with a gait.
 fn without_pushing(player: &Player, decision: Decision) -> Decision {
     // A robot that walks step by step cannot stop at the moment of contact.
-    let walk = match player.limits.gait {
+    let walk = match player.motion.gait {
         Some(_) => giving_way::give_way(player, decision.walk, &player.belief.opponents),
         None => decision.walk,
     };

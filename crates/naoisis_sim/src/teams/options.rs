@@ -139,8 +139,8 @@ fn preparation_s(player: &Player, ball: Vec2, direction: Vec2, distance_m: f32, 
     const SIDE_KICK_S: f32 = 0.3;
     let stands_s = |(place, facing): (Vec2, Vec2)| {
         let turn = angle_of(unrotate(player.forward, facing)).abs();
-        place.distance(player.position()) / player.limits.max_linear_mps.max(1e-3)
-            + 0.5 * turn / player.limits.max_angular.max(0.1)
+        place.distance(player.position()) / player.motion.max_linear_mps.max(1e-3)
+            + 0.5 * turn / player.motion.max_angular.max(0.1)
     };
     let aimed = angle_of(unrotate(ball - player.position(), direction)).clamp(-aims_within, aims_within);
     let facing = unrotate(unit(aimed), direction);

@@ -148,7 +148,7 @@ fn options_at_ball(
     ball: &BallBelief,
 ) -> (Vec<KickOption>, Vec2) {
     let (meeting_place, _) =
-        meet(ball.position_m, ball.velocity_mps, player.rolling, player.position(), player.limits.max_linear_mps);
+        meet(ball.position_m, ball.velocity_mps, player.rolling, player.position(), player.motion.max_linear_mps);
     let previous = memory.aim;
     let aim = choose_aim(player, memory, meeting_place);
     let options = if is_own_kick_off(player, memory) {

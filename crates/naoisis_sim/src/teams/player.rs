@@ -20,7 +20,7 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadCommand;
 use naoisis_core::robot::kick::{KickRequest, KickSettings};
 use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_core::robot::motion::{MotionSettings, WalkCommand};
 use naoisis_core::robot::posture::PostureRequest;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::{BallBelief, Belief};
@@ -56,8 +56,8 @@ pub struct Player<'a> {
     pub sonar: SonarReading,
     /// Where its sonars point.
     pub sonar_settings: &'a SonarSettings,
-    /// The limits of its walk.
-    pub limits: &'a MotionLimits,
+    /// How it walks.
+    pub motion: &'a MotionSettings,
     /// Its kicks.
     pub kicks: &'a KickSettings,
     /// The delay of its commands.
@@ -237,7 +237,7 @@ impl<'a> Player<'a> {
     /// Returns the greatest speed from which the player can stop within `distance_m`, m/s, with the delay of its commands and of a step. A
     /// player without a gait stops at once.
     pub fn speed_to_stop_within_mps(&self, distance_m: f32) -> f32 {
-        let Some(gait) = &self.limits.gait else { return f32::INFINITY };
+        let Some(gait) = &self.motion.gait else { return f32::INFINITY };
         let (delay_s, distance_m) = (self.latency.walk_s + gait.step_s, distance_m.max(0.0));
         let brake_mps2 = gait.acceleration_mps2;
         brake_mps2 * ((delay_s * delay_s + 2.0 * distance_m / brake_mps2).sqrt() - delay_s)
@@ -271,7 +271,7 @@ impl<'a> Player<'a> {
 
     /// Returns whether the player walks in steps, as real robots do, and unlike those of the paper.
     pub fn walks_in_steps(&self) -> bool {
-        self.limits.gait.is_some()
+        self.motion.gait.is_some()
     }
 }
 
@@ -292,7 +292,7 @@ pub(super) mod tests {
         pub body: BodyStatus,
         pub sonar: SonarReading,
         pub sonar_settings: SonarSettings,
-        pub limits: MotionLimits,
+        pub motion: MotionSettings,
         pub kicks: KickSettings,
         pub latency: Latency,
         pub own_body: Body,
@@ -314,7 +314,7 @@ pub(super) mod tests {
                 body: BodyStatus::Standing,
                 sonar: SonarReading::default(),
                 sonar_settings: SonarSettings::default(),
-                limits: MotionLimits::default(),
+                motion: MotionSettings::default(),
                 kicks: KickSettings::default(),
                 latency: Latency::default(),
                 own_body: Body::default(),
@@ -336,7 +336,7 @@ pub(super) mod tests {
                 body: self.body,
                 sonar: self.sonar,
                 sonar_settings: &self.sonar_settings,
-                limits: &self.limits,
+                motion: &self.motion,
                 kicks: &self.kicks,
                 latency: &self.latency,
                 own_body: &self.own_body,

@@ -53,7 +53,7 @@ impl<'a> Player<'a> {
     /// Returns the step towards `place` past the obstacles, turning to `facing` (unit vector, team frame).
     pub fn walk_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
         let way = way_around(self.position(), place, obstacles);
-        step_towards(self.forward, way, facing, self.limits, self.period)
+        step_towards(self.forward, way, facing, self.motion, self.period)
     }
 
     /// Returns the step towards a place to stay at. A standing player that is near enough keeps standing, a walking one goes on until it
@@ -68,7 +68,7 @@ impl<'a> Player<'a> {
         const STAYS_EXACTLY: (f32, f32) = (0.04, 0.05);
         const THERE_EXACTLY: (f32, f32) = (0.01, 0.02);
 
-        let (near_m, turned) = match (self.body == BodyStatus::Walking, &self.limits.gait) {
+        let (near_m, turned) = match (self.body == BodyStatus::Walking, &self.motion.gait) {
             (true, Some(_)) => THERE,
             (false, Some(_)) => STAYS,
             (true, None) => THERE_EXACTLY,

@@ -66,7 +66,7 @@ pub(super) fn wait_for_the_ball(
 /// The time that a player at `place` takes until it stands behind the ball where it meets it, s.
 pub(super) fn time_to_ball_s(player: &Player, ball: &BallBelief, place: Vec2) -> f32 {
     let (meeting_place, time_s) =
-        meet(ball.position_m, ball.velocity_mps, player.rolling, place, player.limits.max_linear_mps);
+        meet(ball.position_m, ball.velocity_mps, player.rolling, place, player.motion.max_linear_mps);
     time_s + time_around_ball_s(player, place, meeting_place)
 }
 
@@ -231,7 +231,7 @@ mod tests {
         let ball = BallBelief { position_m: Vec2::new(-1.05, 0.0), ..default() };
         let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.3, 0.0), ball.position_m);
         situation.pitch.penalty_area.depth_m = 1.65;
-        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        situation.motion.gait = Some(naoisis_core::robot::gait::Gait::default());
         let from_ball = |situation: &PlayerFixture| guard_place(&situation.player(), &ball).distance(ball.position_m);
         assert!(from_ball(&situation) > 0.6, "{}", from_ball(&situation));
         situation.rules.illegal_defender = true;

@@ -26,14 +26,14 @@ const AROUND_BALL_M: f32 = 0.4;
 /// Returns the approximate time that a robot at `position` with the player's speed takes to stand behind the ball, s, including the way
 /// around it.
 pub fn time_to_ball_s(player: &Player, position: Vec2, ball: Vec2) -> f32 {
-    position.distance(ball) / player.limits.max_linear_mps.max(0.01) + time_around_ball_s(player, position, ball)
+    position.distance(ball) / player.motion.max_linear_mps.max(0.01) + time_around_ball_s(player, position, ball)
 }
 
 /// Returns the time that a robot at `position` takes for the way around the ball, s.
 pub fn time_around_ball_s(player: &Player, position: Vec2, ball: Vec2) -> f32 {
     let forwards = (ball - position).normalize_or(Vec2::X).dot((player.opponent_goal() - ball).normalize_or(Vec2::X));
     let around_m = (1.0 - forwards) * (AROUND_BALL_M + player.longer_than_nao_m());
-    around_m / player.limits.max_linear_mps.max(0.01)
+    around_m / player.motion.max_linear_mps.max(0.01)
 }
 
 /// Returns whether the player goes for the ball: none of the team-mates that `counts` accepts is there sooner.

@@ -223,7 +223,7 @@ mod tests {
         assert!(moved(&situation, walking(0.0, 0.0)).distance(place) > from_m);
         // Robots know by the end of the pitch whose goal kick it is, before the referee shows it.
         situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::GoalKick, team: None });
-        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        situation.motion.gait = Some(naoisis_core::robot::gait::Gait::default());
         assert!(moved(&situation, walking(0.0, 0.0)).distance(place) > from_m);
         situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: None });
         assert_eq!(moved(&situation, walking(0.0, 0.0)).distance(place), from_m);

@@ -24,7 +24,7 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
         return Decision { head, intention: "search", ..step_back(player) };
     }
     if searched_s < TURN_S {
-        let walk = WalkCommand::new(0.0, 0.0, turn * TURN_SHARE * player.limits.max_angular * player.period);
+        let walk = WalkCommand::new(0.0, 0.0, turn * TURN_SHARE * player.motion.max_angular * player.period);
         return Decision { walk, head, intention: "search", ..default() };
     }
     let (x, y) = (0.45 * player.pitch.half_length(), 0.5 * player.pitch.half_width());

@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn a_player_with_a_gait_brakes_before_an_area_and_walks_along_its_edge() {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::X);
-        situation.limits.gait = Some(Gait { acceleration_mps2: 0.5, step_s: 0.25, ..Gait::default() });
+        situation.motion.gait = Some(Gait { acceleration_mps2: 0.5, step_s: 0.25, ..Gait::default() });
         // The area begins at x = 0; a step of 0.02 m is 0.6 m/s.
         let mut kept = |x: f32, walk: [f32; 2]| {
             situation.belief.pose.position.x = x;

@@ -110,7 +110,7 @@ fn is_pitch_small(player: &Player) -> bool {
 
 /// Whether the player is slow for the reach of its kicks.
 pub(super) fn is_slow(player: &Player) -> bool {
-    reach_m(player) > SLOW_S * player.limits.max_linear_mps
+    reach_m(player) > SLOW_S * player.motion.max_linear_mps
 }
 
 /// The weight of which team has the ball next, from 0 to 1.
@@ -228,7 +228,7 @@ fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32
     let launch_mps = player.rolling.speed_for_distance(share * reach_m(player)).max(0.1);
     let half_width = player.own_body.base.half_width_m + player.ball_radius_m;
     let direction_sd = direction_sd(player);
-    let comes_m = COMING_SHARE * wind_up_s(player) * player.limits.max_linear_mps;
+    let comes_m = COMING_SHARE * wind_up_s(player) * player.motion.max_linear_mps;
     // If no opponent can stop it, there is no such place: use the middle.
     let (mut arrives, mut stops, mut stopped_m) = (1.0, 1e-3, 0.5e-3 * distance);
     for other in company.opponents {
@@ -238,7 +238,7 @@ fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32
             continue;
         }
         // The ball slows down, so its mean speed is lower than the initial one.
-        let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.limits.max_linear_mps;
+        let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.motion.max_linear_mps;
         let room = direction.perp_dot(offset).abs() - half_width - steps_aside.min(0.5 * along);
         let passes = logistic(2.0 * room / (direction_sd * along + PLACE_SD_M));
         arrives *= passes;
@@ -267,12 +267,12 @@ pub(super) fn is_futile(player: &Player, company: Company, ball: Vec2, direction
 /// Returns the time that the nearest of the places `from` is away from `place`, s, at the player's own speed.
 pub fn walking_s(player: &Player, from: impl IntoIterator<Item = Vec2>, place: Vec2) -> f32 {
     let nearest = from.into_iter().map(|other| other.distance_squared(place)).fold(1e6, f32::min).sqrt();
-    (nearest - AT_PLACE_M).max(0.0) / player.limits.max_linear_mps.max(1e-3)
+    (nearest - AT_PLACE_M).max(0.0) / player.motion.max_linear_mps.max(1e-3)
 }
 
 /// The advantage in time with which a robot gets the ball in nearly three of four cases, s.
 fn race_s(player: &Player) -> f32 {
-    RACE_S + RACE_M / player.limits.max_linear_mps.max(1e-2)
+    RACE_S + RACE_M / player.motion.max_linear_mps.max(1e-2)
 }
 
 /// The probability that a robot that takes `own_s` is sooner than one that takes `theirs_s`.
@@ -395,14 +395,14 @@ mod tests {
         situation.kicks.left_straight = KickModel::of(6.0);
         assert_eq!(possession(&situation.player()), POSSESSION, "the pitch is small");
         situation.kicks.left_straight = KickModel::of(4.0);
-        situation.limits.max_linear_mps = 0.6;
+        situation.motion.max_linear_mps = 0.6;
         assert!(!is_slow(&situation.player()));
         assert_eq!(possession(&situation.player()), POSSESSION);
         let of_paper = KickGeometry::of_paper(KickType::LeftStraight).unwrap();
         let aimed = KickGeometry { direction: KickDirection::Chosen { most: 0.7 }, ..of_paper };
         situation.kicks.left_straight.region = Some(aimed);
         assert_eq!(possession(&situation.player()), POSSESSION_OF_FAST, "it is fast and aims");
-        situation.limits.max_linear_mps = 0.2;
+        situation.motion.max_linear_mps = 0.2;
         assert_eq!(possession(&situation.player()), POSSESSION_OF_AIMED, "it is slow and aims");
     }
 
@@ -410,7 +410,7 @@ mod tests {
     fn a_lead_of_half_a_second_and_a_step_wins_the_ball_nearly_three_times_of_four() {
         let mut situation = behind(Vec2::ZERO);
         for speed_mps in [0.2, 1.0] {
-            situation.limits.max_linear_mps = speed_mps;
+            situation.motion.max_linear_mps = speed_mps;
             let lead_s = RACE_S + RACE_M / speed_mps;
             // 1 / (1 + 1 / e)
             assert!((is_first(&situation.player(), 2.0, 2.0 + lead_s) - 0.731).abs() < 1e-3);

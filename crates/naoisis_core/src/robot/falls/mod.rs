@@ -19,7 +19,7 @@ mod settings;
 pub use settings::{CollisionFalls, FallModel};
 
 use super::kick::KickPhase;
-use super::motion::{ExecutedStep, MotionLimits};
+use super::motion::{ExecutedStep, MotionSettings};
 use super::posture::{LyingOn, Posture, PostureCommand, PostureRequest, dive_strip};
 use super::{PreviousPose, Roster};
 use crate::ball::{Ball, BallPhysics};
@@ -181,7 +181,7 @@ pub(super) struct FallingRobot {
     pose: &'static Pose,
     previous: &'static PreviousPose,
     balance: &'static FallModel,
-    limits: &'static MotionLimits,
+    motion: &'static MotionSettings,
     step: &'static ExecutedStep,
     penalty: &'static Penalty,
     posture: &'static mut Posture,
@@ -251,7 +251,7 @@ pub(super) fn fall(
         let factor = robot.tendency.factor(balance.spread, &mut streams.balance);
         let probability = match cause {
             FallCause::Walking => {
-                let speed_share = danger / robot.limits.max_linear_mps;
+                let speed_share = danger / robot.motion.max_linear_mps;
                 probability_within(balance.falls_per_min * factor * speed_share * speed_share, clock.period())
             }
             FallCause::Contact => probability_within(balance.contact_falls_per_min * factor, clock.period()),

@@ -23,7 +23,7 @@ use naoisis_core::named_values::NamedValues;
 use naoisis_core::referee::hearing::Hearing;
 use naoisis_core::robot::condition::Breakdowns;
 use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::MotionLimits;
+use naoisis_core::robot::motion::MotionSettings;
 use naoisis_core::team::Team;
 use naoisis_sensing::belief::localisation_method::LocalisationMethod;
 use naoisis_sensing::sensing::camera::CameraRendering;
@@ -267,7 +267,7 @@ impl Checks {
     }
 
     /// Checks that a robot can turn by less than half a turn to either side in a cycle.
-    fn turn(&mut self, path: &FieldPath, motion: &MotionLimits, cycle_s: f64) {
+    fn turn(&mut self, path: &FieldPath, motion: &MotionSettings, cycle_s: f64) {
         let turn_deg = f64::from(to_degrees(motion.max_angular)) * cycle_s;
         if turn_deg >= 180.0 {
             let message = format!("with cycles of {cycle_s} s a robot could turn by {turn_deg:.0} degrees in one");

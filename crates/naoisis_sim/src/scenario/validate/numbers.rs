@@ -299,7 +299,7 @@ mod tests {
     use crate::scenario::types::Scenario;
     use bevy::utils::default;
     use naoisis_core::behaviour::script::ScriptEntry;
-    use naoisis_core::robot::motion::{MotionError, MotionLimits};
+    use naoisis_core::robot::motion::{MotionError, MotionSettings};
 
     #[test]
     fn the_first_number_that_is_not_finite_is_named_as_in_files() {
@@ -311,7 +311,7 @@ mod tests {
             "robots[0].behaviour.script[1].walk[2]"
         );
         let error_sd = MotionError { dtheta: f32::NAN, ..default() };
-        let motion = MotionLimits { error_sd, ..default() };
+        let motion = MotionSettings { error_sd, ..default() };
         let scenario = Scenario { settings: RobotSettings { motion, ..default() }, ..default() };
         assert_eq!(Numbers::FINITE.check(&scenario).unwrap_err().path.to_string(), "motion.error_sd.dtheta_deg");
         assert_eq!(Numbers::FINITE.check(&Scenario::default()), Ok(()));

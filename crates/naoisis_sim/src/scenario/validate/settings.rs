@@ -12,7 +12,7 @@ use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::falls::{CollisionFalls, FallModel};
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::motion::MotionLimits;
+use naoisis_core::robot::motion::MotionSettings;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 
@@ -37,7 +37,7 @@ impl Checks {
         }
     }
 
-    pub(super) fn motion(&mut self, path: &FieldPath, motion: &MotionLimits) {
+    pub(super) fn motion(&mut self, path: &FieldPath, motion: &MotionSettings) {
         if let Some(gait) = &motion.gait {
             let (most, most_turn) = (motion.max_linear_mps, to_degrees(motion.max_angular));
             let speeds = [

@@ -28,7 +28,7 @@ use naoisis_core::referee::RefereeMemory;
 use naoisis_core::robot::body::{Body, BodyBox};
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::kick::{KickCommand, KickPhase};
-use naoisis_core::robot::motion::{ExecutedStep, MotionLimits, WalkCommand};
+use naoisis_core::robot::motion::{ExecutedStep, MotionSettings, WalkCommand};
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{PreviousPose, Velocity};
 use naoisis_core::team::{RobotId, Team};
@@ -125,7 +125,7 @@ fn check_robot(
     }
     seen.ids.push(id);
     parts.need::<Body>()?;
-    parts.need::<MotionLimits>()?;
+    parts.need::<MotionSettings>()?;
     let own = Scenario {
         settings: settings.settings.with_components(parts.values),
         robots: vec![RobotSpec {

@@ -21,6 +21,13 @@ use naoisis_core::replace_file::replace_file;
 /// Prefix of the names of the simulation's own types in files.
 const OWN: &str = "naoisis::";
 
+/// Names of types in older files, and the names of these types now.
+const EARLIER_NAMES: [(&str, &str); 3] = [
+    ("naoisis::Balance", "naoisis::FallModel"),
+    ("naoisis::CyclePart", "naoisis::PendingHalf"),
+    ("naoisis::MotionLimits", "naoisis::MotionSettings"),
+];
+
 impl Snapshot {
     /// Writes the snapshot to a file atomically, and replaces an earlier file. `world` has the registered types.
     ///
@@ -90,12 +97,7 @@ fn registration_by_name<'a>(name: &str, registry: &'a TypeRegistry) -> Option<&'
     if !name.starts_with(OWN) {
         return registry.get_with_type_path(name);
     }
-    // Older files have other names for these types.
-    let name = match name {
-        "naoisis::Balance" => "naoisis::FallModel",
-        "naoisis::CyclePart" => "naoisis::PendingHalf",
-        name => name,
-    };
+    let name = EARLIER_NAMES.iter().find(|(earlier, _)| *earlier == name).map_or(name, |(_, current)| current);
     saved_types(registry).find(|registration| saved_name(registration.type_info().type_path_table()) == name)
 }
 
@@ -248,5 +250,8 @@ mod tests {
             assert!(names.insert(name.clone()), "two types have the name {name}");
         }
         assert!(names.contains("naoisis::RobotId") && names.contains("naoisis::CycleClock"), "{names:?}");
+        for (earlier, current) in EARLIER_NAMES {
+            assert!(!names.contains(earlier) && names.contains(current), "{earlier} is {current} now");
+        }
     }
 }

@@ -21,7 +21,7 @@ use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand, HeadLimits};
 use naoisis_core::robot::kick::{KickCommand, KickRequest, KickSettings};
-use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_core::robot::motion::{MotionSettings, WalkCommand};
 use naoisis_core::team::RobotId;
 
 /// The speed of the head, as a fraction of its greatest; slow enough to aim.
@@ -254,7 +254,7 @@ fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
 struct Driven {
     angles: &'static HeadAngles,
     head: &'static HeadLimits,
-    motion: &'static MotionLimits,
+    motion: &'static MotionSettings,
     kicks: &'static KickSettings,
     walk: &'static mut WalkCommand,
     look: &'static mut HeadCommand,
@@ -296,9 +296,9 @@ fn drive(
 }
 
 /// The displacement of a cycle for what is asked for.
-fn walk_command(walk: Vec3, limits: &MotionLimits, period: f32) -> WalkCommand {
-    let step = limits.max_linear_mps * period * walk.truncate().clamp_length_max(1.0);
-    WalkCommand::new(step.x, step.y, limits.max_angular * period * walk.z)
+fn walk_command(walk: Vec3, motion: &MotionSettings, period: f32) -> WalkCommand {
+    let step = motion.max_linear_mps * period * walk.truncate().clamp_length_max(1.0);
+    WalkCommand::new(step.x, step.y, motion.max_angular * period * walk.z)
 }
 
 /// The command of the head in a cycle for the state of the keys.
@@ -327,7 +327,7 @@ pub(super) mod tests {
     fn keys_that_contradict_each_other_cancel_and_diagonals_are_no_faster() {
         assert_eq!(wish(|_| true).walk, Vec3::ZERO);
         let keys = [KeyCode::KeyW, KeyCode::KeyD];
-        let command = walk_command(wish(|key| keys.contains(&key)).walk, &MotionLimits::default(), 0.1);
+        let command = walk_command(wish(|key| keys.contains(&key)).walk, &MotionSettings::default(), 0.1);
         assert_abs_diff_eq!(command.translation().length(), 0.02, epsilon = 1e-6);
         assert!(command.dx > 0.0 && command.dy < 0.0 && command.dtheta == 0.0);
     }
@@ -340,8 +340,8 @@ pub(super) mod tests {
         gamepad.analog_mut().set(GamepadButton::DPadLeft, 1.0);
         gamepad.digital_mut().press(GamepadButton::South);
         let wish = gamepad_wish(&gamepad);
-        let limits = MotionLimits { max_linear_mps: 0.2, ..default() };
-        let command = walk_command(wish.walk, &limits, 0.1);
+        let motion = MotionSettings { max_linear_mps: 0.2, ..default() };
+        let command = walk_command(wish.walk, &motion, 0.1);
         assert_abs_diff_eq!(command.dx, 0.01, epsilon = 1e-6);
         // A stick to the right turns clockwise, the pad to the left turns the head to the left.
         assert!(command.dtheta < 0.0 && wish.head.x == 1.0);

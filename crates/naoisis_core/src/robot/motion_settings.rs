@@ -23,11 +23,11 @@ pub struct MotionError {
     pub dtheta: f32,
 }
 
-/// Limits and errors of the walk.
+/// How a robot walks: its greatest speeds, its errors and its gait.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
-pub struct MotionLimits {
+pub struct MotionSettings {
     /// Greatest speed of translation in any direction, m/s. Default 0.2: rUNSWift's FastWalk of 2010 reached 0.22.
     #[schemars(range(min = 0.0, max = 5.0))]
     pub max_linear_mps: f32,
@@ -42,7 +42,7 @@ pub struct MotionLimits {
     pub gait: Option<Gait>,
 }
 
-impl Default for MotionLimits {
+impl Default for MotionSettings {
     fn default() -> Self {
         Self {
             max_linear_mps: 0.2,
@@ -60,7 +60,7 @@ pub struct Gait {
     /// Duration of a step, during which the velocity is constant, s.
     #[schemars(range(min = 0.05, max = 5.0))]
     pub step_s: f32,
-    /// Greatest speed backwards, m/s; forwards it is [`MotionLimits::max_linear_mps`].
+    /// Greatest speed backwards, m/s; forwards it is [`MotionSettings::max_linear_mps`].
     #[schemars(range(min = 0.001, max = 5.0))]
     pub backward_mps: f32,
     /// Greatest speed to either side, m/s.
