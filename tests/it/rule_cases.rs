@@ -1,6 +1,7 @@
 //! The rules, case by case: each is a small scenario in `tests/rule_cases`, whose README says how one reads.
 
 use bevy::reflect::{TypeInfo, Typed};
+use heck::ToSnakeCase;
 use naoisis::game::{Intervention, PenaltyReason};
 use naoisis::prelude::*;
 use naoisis::simulation::RuleRegistry;
@@ -93,7 +94,7 @@ fn verdicts() -> Vec<(String, Option<String>)> {
     let with_evidence = events
         .iter()
         .filter(|variant| variant.as_struct_variant().is_ok_and(|variant| variant.field_names().contains(&"evidence")));
-    let mut kinds: Vec<String> = with_evidence.map(|variant| snake_case(variant.name())).collect();
+    let mut kinds: Vec<String> = with_evidence.map(|variant| variant.name().to_snake_case()).collect();
     kinds.retain(|kind| kind != "penalty");
     let app = headless_app();
     let own = app.world().resource::<RuleRegistry>().names().map(str::to_owned);
@@ -104,14 +105,6 @@ fn verdicts() -> Vec<(String, Option<String>)> {
     let built_in = PenaltyReason::built_in().filter(is_of_a_rule).map(|reason| reason.name().to_owned());
     let penalties = built_in.chain(own).map(|reason| ("penalty".to_owned(), Some(reason)));
     kinds.into_iter().map(|kind| (kind, None)).chain(penalties).collect()
-}
-
-fn snake_case(name: &str) -> String {
-    let separated = name.char_indices().flat_map(|(index, letter)| {
-        let separator = (index > 0 && letter.is_uppercase()).then_some('_');
-        separator.into_iter().chain(letter.to_lowercase())
-    });
-    separated.collect()
 }
 
 #[test]

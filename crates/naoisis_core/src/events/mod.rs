@@ -40,8 +40,8 @@ pub use details::{
 pub use mistake_kind::MistakeKind;
 
 use bevy::prelude::*;
-use bevy::reflect::enums::Enum;
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::game::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
@@ -91,8 +91,9 @@ pub struct StampedEvent {
 }
 
 /// Something that happened in a cycle.
-#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, IntoStaticStr, Reflect, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 #[non_exhaustive]
 pub enum MatchEvent {
     /// A kick was executed, or missed.
@@ -383,24 +384,12 @@ pub enum MatchEvent {
 impl MatchEvent {
     /// The kind of the event, as traces spell it: `ball_out`, and for a penalty with the offence: `penalty pushing`.
     pub fn kind(&self) -> String {
-        let kind = snake_case(self.variant_name());
+        let kind: &str = self.into();
         match self {
             MatchEvent::Penalty { reason, .. } => format!("{kind} {}", reason.name()),
-            _ => kind,
+            _ => kind.to_owned(),
         }
     }
-}
-
-/// Returns the name of a variant as spelt in files, like serde's `rename_all = "snake_case"`.
-fn snake_case(name: &str) -> String {
-    let mut word = String::with_capacity(name.len() + 4);
-    for letter in name.chars() {
-        if letter.is_ascii_uppercase() && !word.is_empty() {
-            word.push('_');
-        }
-        word.push(letter.to_ascii_lowercase());
-    }
-    word
 }
 
 fn publish_events(events: Res<CycleEvents>, clock: Res<CycleClock>, mut messages: ResMut<Messages<StampedEvent>>) {

@@ -1,5 +1,6 @@
 //! The terms of the GameController in both leagues.
 
+use heck::ToSnakeCase;
 use naoisis_core::game::{GameState, PenaltyReason, SetPlayKind};
 
 /// Name of the custom reason for a robot that its team has picked up.
@@ -136,24 +137,13 @@ pub(super) fn offence_of(call: &str) -> Option<(PenaltyReason, Option<SetPlayKin
         "sendOff" => PenaltyReason::SentOff,
         "warn" | "caution" => return None,
         "requestForPickUp" => custom(PICK_UP)?,
-        other => custom(&snake_case(other)).unwrap_or(PenaltyReason::Manual),
+        other => custom(&other.to_snake_case()).unwrap_or(PenaltyReason::Manual),
     };
     Some((reason, None))
 }
 
 fn custom(name: &str) -> Option<PenaltyReason> {
     name.parse().ok().map(PenaltyReason::Custom)
-}
-
-fn snake_case(word: &str) -> String {
-    let mut snake = String::new();
-    for letter in word.chars() {
-        if letter.is_ascii_uppercase() {
-            snake.push('_');
-        }
-        snake.push(letter.to_ascii_lowercase());
-    }
-    snake
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use bevy::reflect::enums::VariantInfo;
 use bevy::reflect::{PartialReflect, ReflectRef, TypeInfo, TypeRegistry};
 use core::any::TypeId;
+use heck::{AsSnakeCase, ToSnakeCase};
 use serde::{Deserialize, Serialize};
 
 use super::measured::Measured;
@@ -208,8 +209,8 @@ impl Leaves {
         for (index, name, info) in fields {
             let name = match (is_option, name.as_str()) {
                 (true, _) => None,
-                (false, "") => Some(wording::snake(variant.name())),
-                (false, name) => Some(format!("{}.{name}", wording::snake(variant.name()))),
+                (false, "") => Some(variant.name().to_snake_case()),
+                (false, name) => Some(format!("{}.{name}", AsSnakeCase(variant.name()))),
             };
             self.go(info, (Step::Variant(variant.name(), index), name.as_deref()), steps, names, depth);
         }

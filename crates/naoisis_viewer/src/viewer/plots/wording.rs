@@ -1,5 +1,7 @@
 //! Names of fields and units for the window, without names of types.
 
+use heck::AsSnakeCase;
+
 /// The unit of a number.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Unit {
@@ -89,12 +91,12 @@ pub fn unit(component: &str, names: &[String]) -> (Unit, f32) {
 
 /// Returns the name of a component, from the name of its type.
 pub fn component(type_name: &str) -> String {
-    snake(type_name.split('<').next().unwrap_or(type_name)).replace('_', " ")
+    variant(type_name.split('<').next().unwrap_or(type_name))
 }
 
 /// Returns the name of a variant, from its identifier.
 pub fn variant(name: &str) -> String {
-    snake(name).replace('_', " ")
+    AsSnakeCase(name).to_string().replace('_', " ")
 }
 
 /// Returns the name of a path: without units, with numbers and coordinates directly after the name that they belong to.
@@ -108,20 +110,6 @@ pub fn path(names: &[String]) -> String {
             words.push_str(if is_part { " " } else { ", " });
         }
         words.push_str(&bare);
-    }
-    words
-}
-
-/// Converts `GoTo` to `go_to`.
-pub fn snake(name: &str) -> String {
-    let mut words = String::new();
-    let mut before = '_';
-    for letter in name.chars() {
-        if letter.is_uppercase() && !before.is_uppercase() && before != '_' {
-            words.push('_');
-        }
-        words.extend(letter.to_lowercase());
-        before = letter;
     }
     words
 }
@@ -150,7 +138,7 @@ mod tests {
     #[test]
     fn names_of_the_program_become_words() {
         assert_eq!(component("PlayerMemory"), "player memory");
-        assert_eq!(component("ROSLink"), "roslink");
+        assert_eq!(component("ROSLink"), "ros link");
         assert_eq!(path(&names("ball/position_m/x")), "ball, position x");
         assert_eq!(path(&names("joints/3")), "joints 3");
         assert_eq!(variant("GetUp"), "get up");
