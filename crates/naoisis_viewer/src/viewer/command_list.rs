@@ -4,11 +4,11 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Key, Margin, Order, TextEdit, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+use super::commands::{Action, FindEvent, SelectionCommand, TeachAction, ViewerCommand};
 use super::display_settings::{DisplaySettings, Switch, Workspace};
 use super::key_bindings::first_bindings;
 use super::keys::TypedAhead;
 use super::layout::{LARGE_SCORE, LayoutSystems, shown_at};
-use super::shared::{Action, FindEvent, SelectionCommand, TeachAction, ViewerCommand};
 use super::speed::Speed;
 use super::theme::{MARGIN, bright, card, dim, panel};
 use naoisis_core::robot::Roster;

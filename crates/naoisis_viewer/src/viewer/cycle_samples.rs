@@ -214,9 +214,10 @@ impl RobotSample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::commands::TimelineCommand;
     use crate::viewer::drive::DrivePlugin;
     use crate::viewer::event_log::EventLogPlugin;
-    use crate::viewer::shared::{Playback, TimelineCommand};
+    use crate::viewer::shared::Playback;
     use bevy::time::TimeUpdateStrategy;
     use naoisis_core::game::PenaltyReason;
     use naoisis_core::team::Team;

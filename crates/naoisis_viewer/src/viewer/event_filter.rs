@@ -5,8 +5,8 @@ use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
 use bevy_egui::egui::{self, PopupCloseBehavior, RichText, WidgetInfo, WidgetType};
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::commands::FindEvent;
 use super::event_log::{EventLog, LogEntry, LogKind};
-use super::shared::FindEvent;
 use super::theme::{dim, team_colour, text_size};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};

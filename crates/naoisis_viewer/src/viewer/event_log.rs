@@ -46,15 +46,6 @@ pub enum LogKind {
     Other,
 }
 
-impl LogEntry {
-    /// Returns the cycle to show for the entry. In the cycle of a goal, ball and robots already stand at their places for the
-    /// kick-off, so it is the one before.
-    pub fn shown_cycle(&self, period_s: f64) -> u64 {
-        let cycle = (self.time_s / period_s).round() as u64;
-        cycle.saturating_sub(u64::from(self.kind == LogKind::Goal))
-    }
-}
-
 impl LogKind {
     /// All kinds with their names.
     pub const ALL: [(LogKind, &str); 8] = [
@@ -111,6 +102,15 @@ pub struct LogEntry {
     pub kind: LogKind,
     /// Whether it is the end of a fall or of a penalty.
     pub is_recovery: bool,
+}
+
+impl LogEntry {
+    /// Returns the cycle to show for the entry. In the cycle of a goal, ball and robots already stand at their places for the
+    /// kick-off, so it is the one before.
+    pub fn shown_cycle(&self, period_s: f64) -> u64 {
+        let cycle = (self.time_s / period_s).round() as u64;
+        cycle.saturating_sub(u64::from(self.kind == LogKind::Goal))
+    }
 }
 
 impl LogEntry {

@@ -5,9 +5,10 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
+use super::commands::ToggleFilm;
 use super::layout::HiddenPanels;
 use super::picture::{FITTING_S, PictureSystems, picture_of};
-use super::shared::{Notice, ToggleFilm};
+use super::shared::Notice;
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::encoder::RecordError;
 use naoisis_record::record::film::{FRAME_S, Film};

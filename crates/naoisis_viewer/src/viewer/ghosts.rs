@@ -5,13 +5,14 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::branches::Branches;
+use super::commands::Compare;
 use super::ghost_models::{Coat, GhostModels};
 use super::match_before::Kept;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::pitch_frame::{PitchFrameSystems, between, transform_of};
 use super::robot_animation::GhostBody;
-use super::shared::{Compare, DisplayFraction, KeysSystems, Notice, SecondPitch};
+use super::shared::{DisplayFraction, KeysSystems, Notice, SecondPitch};
 use super::theme::minutes;
 use naoisis_core::ball::{Ball, BallPhysics};
 use naoisis_core::behaviour::drawings::DrawColour;

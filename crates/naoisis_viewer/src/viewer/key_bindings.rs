@@ -2,12 +2,12 @@
 
 use bevy::prelude::*;
 
-use super::display_settings::Switch;
-use super::key_presses::KeyPress;
-use super::shared::{
+use super::commands::{
     Action, FindEvent, HandAction, SelectionCommand, Share, TakePicture, TeachAction, TimelineCommand, ToggleFilm,
     ViewPreset, ViewerCommand,
 };
+use super::display_settings::Switch;
+use super::key_presses::KeyPress;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::team::Team;
 

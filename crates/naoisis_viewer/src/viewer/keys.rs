@@ -8,14 +8,15 @@ use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiInput, EguiPreUpdateSet};
 
 use super::branches::BranchCommand;
+use super::commands::{
+    Action, Compare, FindEvent, HandAction, SelectionCommand, Share, TakePicture, TeachAction, TimelineCommand,
+    ToggleFilm, ViewPreset, ViewerCommand,
+};
 use super::display_settings::{DisplaySettings, Switch};
 use super::interaction::driving::Driving;
 use super::key_bindings::actions_of;
 use super::key_presses::HeldModifiers;
-use super::shared::{
-    Action, CameraSystems, Compare, FindEvent, HandAction, KeysSystems, Notice, SelectionCommand, SelectionSystems,
-    Share, TakePicture, TeachAction, TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
-};
+use super::shared::{CameraSystems, KeysSystems, Notice, SelectionSystems};
 use super::start_page::{DialogIsOpen, NOT_ON_START_PAGE, StartPage};
 
 /// Performs the actions of keys.

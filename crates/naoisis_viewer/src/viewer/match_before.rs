@@ -5,12 +5,13 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::branches::{self, Branches, Place};
+use super::commands::ViewerCommand;
 use super::drive::{self, PlayedFile};
 use super::interaction::undo::Undo;
 use super::match_panel::WatchedScenarioFile;
 use super::match_panel::trace_reading::TraceReading;
 use super::pen_marks::Pen;
-use super::shared::{KeepLeft, KeepMatch, MatchBefore, Notice, OpenedTrace, ViewerCommand};
+use super::shared::{KeepLeft, KeepMatch, MatchBefore, Notice, OpenedTrace};
 use super::teach::bookmarks::Bookmarks;
 use super::theme::minutes;
 use super::timeline::Timeline;
@@ -252,12 +253,13 @@ fn swap(world: &mut World) -> Result<String, String> {
 mod tests {
     use super::*;
     use crate::viewer::branches::{BranchCommand, BranchesPlugin};
+    use crate::viewer::commands::TimelineCommand;
     use crate::viewer::display_settings::DisplaySettings;
     use crate::viewer::drive::DrivePlugin;
     use crate::viewer::event_log::EventLogPlugin;
     use crate::viewer::match_panel::{MatchCommand, MatchPanelPlugin};
     use crate::viewer::rebuild::RebuildPlugin;
-    use crate::viewer::shared::{Selection, TimelineCommand};
+    use crate::viewer::shared::Selection;
     use bevy::time::TimeUpdateStrategy;
     use core::time::Duration;
     use naoisis_record::record::RecordPlugin;

@@ -13,7 +13,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::display_settings::DisplaySettings;
-use super::layout::PanelSizes;
+use super::dock::PanelSizes;
 use super::overlays::Overlays;
 use super::plots::{Pin, Plots};
 use naoisis_core::read_file::read_file;

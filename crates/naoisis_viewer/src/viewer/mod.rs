@@ -17,7 +17,8 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`shared`] | messages between the parts of the viewer, and state that all of them use |
+//! | `commands` | commands of keys and buttons: messages between the parts of the viewer |
+//! | [`shared`] | state that all parts of the viewer use |
 //! | [`drive`], [`speed`] | running the cycles: pause, single cycle, speed, restart |
 //! | [`timeline`] | the past of the match, and replays of traces |
 //! | `timeline_bar` | the bar below the match: position, events, branches |
@@ -68,7 +69,7 @@
 //! | `window_icon` | the icon of the window |
 //! | `window_title` | the title of the window |
 //! | `widgets` | the buttons and boxes of the panels, by name |
-//! | `theme`, `layout`, `floating` | dark and light panels, and their layout |
+//! | `theme`, `layout`, `dock`, `floating` | dark and light panels, and their layout |
 //! | `labels` | names of robots, words of overlays |
 //! | [`event_log`] | the log of events |
 //! | `event_filter` | the filter of the list of events |
@@ -92,10 +93,12 @@ pub mod camera_images;
 #[cfg(test)]
 mod colour_vision;
 mod command_list;
+mod commands;
 mod contact_shadows;
 pub mod cycle_samples;
 mod decided;
 mod display_settings;
+mod dock;
 mod drawing;
 pub mod drive;
 mod event_details;
@@ -162,7 +165,7 @@ mod window_icon;
 mod window_title;
 mod workspace;
 
-pub use shared::{TimelineCommand, ViewerCommand};
+pub use commands::{TimelineCommand, ViewerCommand};
 pub use speed::Speed;
 pub use timeline::Timeline;
 
@@ -212,6 +215,7 @@ impl PluginGroup for ViewerPlugins {
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
             .add(layout::LayoutPlugin)
+            .add(dock::DockPlugin)
             .add(workspace::WorkspacePlugin)
             .add(watch::WatchPlugin)
             .add(teach::TeachPlugin)

@@ -5,9 +5,10 @@ use bevy_egui::egui::{Align2, Color32};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use egui_file_dialog::{DialogState, FileDialog, FileDialogConfig, OpeningMode};
 
+use super::commands::Action;
 use super::layout::LayoutSystems;
 use super::match_panel::MatchCommand;
-use super::shared::{Action, Playback};
+use super::shared::Playback;
 use super::start_page::{DialogIsOpen, OpensFile, StartPage};
 
 /// The endings of files that can be opened.

@@ -5,12 +5,13 @@ use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use core::ops::Range;
 
+use super::commands::{Action, ViewerCommand};
 use super::display_settings::{DisplaySettings, Switch};
 use super::drive::PlayedFile;
 use super::key_bindings::{self, HelpGroup};
 use super::layout::{self, LayoutSystems};
 use super::scenario_list;
-use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, clock_words, is_over};
+use super::shared::{MatchBefore, Playback, Selection, clock_words, is_over};
 use super::speed::Speed;
 use super::start_page::StartPage;
 use super::team_labels::{TeamNames, width_of};

@@ -4,9 +4,10 @@ use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use std::path::Path;
 
+use super::commands::TakePicture;
 use super::layout::HiddenPanels;
 use super::new_file::write_new;
-use super::shared::{KeysSystems, Notice, TakePicture};
+use super::shared::{KeysSystems, Notice};
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::summary_recorder::png;
 use naoisis_sensing::sensing::camera::image::Image as Picture;

@@ -3,9 +3,10 @@
 use bevy::prelude::*;
 
 use super::camera::ViewerCamera;
+use super::commands::SelectionCommand;
 use super::layout::mouse_is_for_match;
 use super::pitch_frame::pitch_from_world;
-use super::shared::{NameAreas, Notice, Selection, SelectionCommand, SelectionSystems};
+use super::shared::{NameAreas, Notice, Selection, SelectionSystems};
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;

@@ -1,16 +1,14 @@
-//! Messages between the parts of the viewer, the order of their senders and receivers, and state that all parts use.
+//! State that all parts of the viewer use, and the order of systems that change it.
 
 use bevy::prelude::*;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::display_settings::{Switch, Workspace};
 use super::speed::Speed;
 use super::theme::minutes;
-use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, GameState, Intervention};
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::game::{Game, GameState};
+use naoisis_core::team::RobotId;
 
 /// The systems that perform the actions of keys.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -24,199 +22,8 @@ pub struct SelectionSystems;
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CameraSystems;
 
-/// An action of a key or a button.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum Action {
-    /// A command about the match.
-    Command(ViewerCommand),
-    /// A change of the moment that is shown.
-    Timeline(TimelineCommand),
-    /// Plays on from the moment that is shown, as a new branch.
-    PlayFromHere,
-    /// Shows another branch or match beside this one.
-    Compare,
-    /// Jumps to another event.
-    Find(FindEvent),
-    /// Changes the view.
-    View(ViewPreset),
-    /// Selects another robot.
-    Select(SelectionCommand),
-    /// Shows or hides a part of the window.
-    Toggle(Switch),
-    /// Changes the use of the window.
-    Workspace(Workspace),
-    /// Changes to the next (1) or previous (-1) use of the window.
-    NextWorkspace(i8),
-    /// An intervention by hand.
-    Hand(HandAction),
-    /// An action for presenting the match.
-    Teach(TeachAction),
-    /// Makes panels and text larger (1) or smaller (-1).
-    ScalePanels(i8),
-    /// Saves a picture in the current folder.
-    Picture(TakePicture),
-    /// Opens the dialog for files.
-    OpenFile,
-    /// Fills the screen with the window, or ends this.
-    FullScreen,
-    /// Makes something of the match for others.
-    Share(Share),
-    /// Starts or ends a recording of the window in the current folder.
-    Film(ToggleFilm),
-}
-
-/// Commands about the match.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum ViewerCommand {
-    /// Pauses or continues.
-    TogglePause,
-    /// Pauses if the match runs, and runs one cycle.
-    Step,
-    /// Selects the next higher speed.
-    Faster,
-    /// Selects the next lower speed.
-    Slower,
-    /// Sets the speed.
-    SetSpeed(Speed),
-    /// Restarts the same match.
-    Restart,
-    /// Restarts with the next seed.
-    RestartWithNextSeed,
-    /// Shows the match before, and keeps this one in its place.
-    MatchBefore,
-    /// Starts the built-in scenario of this name.
-    Load(&'static str),
-}
-
-/// Commands about the moment that is shown.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum TimelineCommand {
-    /// Shows the end of this cycle, or the present if it has not been played.
-    GoTo(u64),
-    /// Moves by this number of cycles and pauses. Negative numbers go back.
-    Step(i64),
-    /// Moves by this number of seconds. Negative numbers go back.
-    Skip(f64),
-    /// Shows the present; in a replay, the end.
-    Present,
-}
-
-/// Jumps to an event of the chosen kind, of the selected robot if there is one.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum FindEvent {
-    /// The next event.
-    Next,
-    /// The previous event.
-    Previous,
-}
-
-/// The views.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ViewPreset {
-    /// The whole pitch from the side, as on television.
-    Broadcast,
-    /// The whole pitch from above.
-    TopDown,
-    /// The part of the pitch where play is.
-    FollowPlay,
-    /// Close to the ball, following it.
-    FollowBall,
-    /// Behind the selected robot, following it.
-    FollowRobot,
-    /// Through a camera of the selected robot.
-    RobotCamera(CameraName),
-    /// Flying freely by the mouse.
-    Fly,
-}
-
-/// Selects a robot.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum SelectionCommand {
-    /// This robot, if it is in the match.
-    Robot(RobotId),
-    /// The robot of this team and number.
-    Number(Team, u8),
-    /// The next robot by id.
-    Next,
-    /// The previous robot by id.
-    Previous,
-    /// No robot.
-    Nobody,
-}
-
 /// The intention of a robot that is driven by hand.
 pub const DRIVEN: &str = "driven by hand";
-
-/// Interventions by keys and buttons.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum HandAction {
-    /// Blows the whistle.
-    Whistle,
-    /// Penalises the selected robot, or ends its penalty.
-    PenaliseOrReturn,
-    /// Puts the ball on the centre mark, in play.
-    DropBall,
-    /// Makes another call of the referee.
-    Intervene(Intervention),
-    /// Starts or stops driving the selected robot by the keyboard.
-    Drive,
-    /// Saves the current situation as a scenario file.
-    KeepSituation,
-    /// Saves the match, to continue it later, and its trace.
-    KeepMatch,
-    /// Undoes the last step.
-    Undo,
-    /// Redoes the last undone step.
-    Redo,
-}
-
-/// Actions for presenting the match.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum TeachAction {
-    /// Switches drawing by the mouse.
-    Pen,
-    /// Removes the last stroke.
-    Erase,
-    /// Switches between the world as the selected robot believes it and the truth.
-    RobotsWorld,
-    /// Adds a bookmark with a caption at this moment.
-    Bookmark,
-    /// Shows the next bookmark.
-    NextBookmark,
-    /// Shows the previous bookmark.
-    PreviousBookmark,
-}
-
-/// What is made of the match for others.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Share {
-    /// The command that opens the moment that is shown, in the clipboard.
-    Link,
-    /// A picture of the window, in the clipboard.
-    Picture,
-    /// A web page of the match, in the current folder.
-    Page,
-}
-
-/// Takes a picture of the window.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum TakePicture {
-    /// With its panels.
-    OfWindow,
-    /// Without panels: the match with the names of the robots.
-    OfMatch,
-}
-
-/// Starts or ends a recording of the window.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ToggleFilm {
-    /// A video.
-    Video,
-    /// A video without panels.
-    VideoOfMatch,
-    /// A folder of PNG files.
-    Frames,
-}
 
 /// The time from which on the window says that it waits for a program, s.
 const NOTICEABLE_WAIT_S: f32 = 0.5;
@@ -416,10 +223,6 @@ pub struct RobotsWorld(pub bool);
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct SecondPitch(pub Option<f32>);
 
-/// Asks for another branch or match on a pitch of its own, beside the match that is shown, or ends this.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Compare;
-
 /// Returns whether the truth is shown.
 pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
     world.is_none_or(|world| !world.0)
@@ -429,6 +232,7 @@ pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
 mod tests {
     use super::*;
     use naoisis_core::game::Timeout;
+    use naoisis_core::team::Team;
 
     #[test]
     fn a_match_that_is_over_is_not_said_to_be_played() {

@@ -5,8 +5,9 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy_egui::egui::ColorImage;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+use super::commands::Share;
 use super::interaction::saved_files::{keep, save_page, trace_of};
-use super::shared::{KeysSystems, Notice, OpenedTrace, Selection, Share};
+use super::shared::{KeysSystems, Notice, OpenedTrace, Selection};
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::RobotId;

@@ -7,12 +7,13 @@ use bevy_egui::egui::{self, Align2, Key, RichText, TextEdit, WidgetInfo, WidgetT
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::path::Path;
 
+use super::commands::{Action, HandAction};
 use super::display_settings::Workspace;
 use super::interaction::InteractionSystems;
 use super::layout::LayoutSystems;
 use super::match_panel::{MatchCommand, WatchedScenarioFile};
 use super::memory::ViewerMemory;
-use super::shared::{Action, HandAction, KeysSystems, Notice, Playback};
+use super::shared::{KeysSystems, Notice, Playback};
 use super::theme::{bright, card, dim, panel, problem_colour, text_size};
 use naoisis_sim::scenario::Scenario;
 

@@ -5,11 +5,12 @@ use bevy_egui::egui::{self, Color32, Pos2, Rangef, Sense, Stroke, WidgetInfo};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::branches::{BranchCommand, Branches};
+use super::commands::{Action, TimelineCommand};
 use super::display_settings::Switch;
 use super::ghosts::{Ghosts, GhostsOf};
 use super::layout::{self, LayoutSystems};
 use super::match_panel::TraceReading;
-use super::shared::{Action, Playback, TimelineCommand};
+use super::shared::Playback;
 use super::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
 use super::time_axis::BEFORE;
 use super::timeline::Timeline;

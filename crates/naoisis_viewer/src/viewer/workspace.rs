@@ -7,9 +7,10 @@ use bevy_egui::egui::{self, Align2};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::camera::{CameraMode, ViewerCamera};
+use super::commands::{Action, ViewPreset};
 use super::display_settings::{DisplaySettings, Workspace, is_debugging};
 use super::layout::{self, LayoutSystems};
-use super::shared::{Action, CameraSystems, Notice, ViewPreset};
+use super::shared::{CameraSystems, Notice};
 use super::theme::card;
 
 /// How long the names of the uses are shown after the mouse has moved, in uses without panels, s.

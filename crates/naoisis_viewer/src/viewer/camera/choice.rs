@@ -4,9 +4,10 @@ use bevy::prelude::*;
 
 use super::viewpoint::{Overview, Viewpoint};
 use super::{CameraMode, ViewerCamera, size_of};
+use crate::viewer::commands::ViewPreset;
 use crate::viewer::layout::FreeArea;
 use crate::viewer::pitch_frame::pose_of;
-use crate::viewer::shared::{Playback, SecondPitch, Selection, ViewPreset};
+use crate::viewer::shared::{Playback, SecondPitch, Selection};
 use naoisis_core::ball::Ball;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::geometry::wrap_angle;

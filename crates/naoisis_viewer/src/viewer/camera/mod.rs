@@ -15,13 +15,12 @@ pub mod robot_view;
 mod told;
 pub mod viewpoint;
 
+use super::commands::ViewPreset;
 use super::display_settings::is_debugging;
 use super::layout::{FreeArea, mouse_is_for_match};
 use super::pitch_frame::{PitchFrameSystems, PitchRoot, pose_of};
 use super::robot_model::RobotLimbs;
-use super::shared::{
-    CameraSystems, DrawnWhenSensed, Notice, RobotsWorld, SecondPitch, Selection, SelectionSystems, ViewPreset,
-};
+use super::shared::{CameraSystems, DrawnWhenSensed, Notice, RobotsWorld, SecondPitch, Selection, SelectionSystems};
 use choice::{FollowsAgain, choose_view, follow_again, look_at_places, make_room, show_other_match};
 pub use choice::{LookAt, in_another_area};
 use free_area::AreaPerspective;

@@ -1,8 +1,9 @@
 use super::*;
+use crate::viewer::commands::ViewerCommand;
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
 use crate::viewer::rebuild::RebuildPlugin;
-use crate::viewer::shared::{Selection, ViewerCommand};
+use crate::viewer::shared::Selection;
 use crate::viewer::timeline::start_replay;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;

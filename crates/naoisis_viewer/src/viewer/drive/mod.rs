@@ -13,11 +13,12 @@ use std::time::Instant;
 #[cfg(test)]
 mod tests;
 
+use super::commands::ViewerCommand;
 use super::event_log::EventLog;
 use super::keyframes::{self, Keyframes, Simulator};
 use super::memory::ViewerMemory;
 use super::plots;
-use super::shared::{DisplayFraction, Notice, OVER, Playback, ViewerCommand, is_over, replace_match};
+use super::shared::{DisplayFraction, Notice, OVER, Playback, is_over, replace_match};
 use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use naoisis_core::behaviour::AskAhead;

@@ -10,8 +10,9 @@ use bevy_egui::egui::Popup;
 use bevy_egui::input::EguiWantsInput;
 
 use crate::viewer::camera::ViewerCamera;
+use crate::viewer::commands::ViewPreset;
 use crate::viewer::keyframes::Keyframes;
-use crate::viewer::shared::{DRIVEN, KeysSystems, Notice, Selection, ViewPreset};
+use crate::viewer::shared::{DRIVEN, KeysSystems, Notice, Selection};
 use naoisis_core::behaviour::DecideSystems;
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::behaviour::remarks::Remarks;

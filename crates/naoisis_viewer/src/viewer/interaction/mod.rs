@@ -19,14 +19,13 @@ pub mod saved_files;
 pub mod undo;
 
 use super::camera::{CameraMouse, ViewerCamera};
+use super::commands::HandAction;
 use super::layout::mouse_is_for_match;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::pitch_frame::{pitch_from_world, pose_of, world_from_pitch};
 use super::selection::{PickTarget, pointed_at};
-use super::shared::{
-    CameraSystems, HandAction, KeysSystems, Notice, OVER, Playback, Selection, SelectionSystems, is_over,
-};
+use super::shared::{CameraSystems, KeysSystems, Notice, OVER, Playback, Selection, SelectionSystems, is_over};
 use super::timeline::Timeline;
 use aim::{Grip, Held, Sight};
 use asked::{asked_ball, asked_pose, words_of};

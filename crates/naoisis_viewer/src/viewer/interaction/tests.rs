@@ -1,7 +1,8 @@
 use super::*;
+use crate::viewer::commands::{SelectionCommand, TimelineCommand, ViewPreset};
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
-use crate::viewer::shared::{DRIVEN, SelectionCommand, TimelineCommand, ViewPreset};
+use crate::viewer::shared::DRIVEN;
 use bevy::input::InputPlugin;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;

@@ -2,14 +2,14 @@
 
 use bevy::prelude::*;
 
-use super::{Lanes, mistake_words};
+use super::Lanes;
 use crate::viewer::event_filter::{COSTLY_S, FoundMistakes};
 use crate::viewer::event_log::{LogEntry, LogKind};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::Team;
 use naoisis_record::record::history::History;
 use naoisis_record::record::match_marks::MarkKind;
-use naoisis_record::record::mistakes::Mistake;
+use naoisis_record::record::mistakes::{Mistake, MistakeKind};
 
 /// Passes the mistakes to the list of events.
 pub(super) fn tell_mistakes(
@@ -53,6 +53,23 @@ pub(super) fn entry_of(mistake: &Mistake, goals: &[(f64, Team)]) -> LogEntry {
         kind: LogKind::Mistake,
         ..default()
     }
+}
+
+/// The cycle in which a mistake began.
+pub(super) fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
+    (mistake.from_s / period_s).round() as u64
+}
+
+/// A mistake in a line.
+pub(super) fn mistake_words(mistake: &Mistake) -> String {
+    let joins = if mistake.kind == MistakeKind::BallGivenAway { "to" } else { "with" };
+    let other = mistake.other.map_or_else(String::new, |other| format!(" {joins} {other}"));
+    // The time of a pass to the other team says nothing about the mistake.
+    let length_s = if mistake.kind == MistakeKind::BallGivenAway { 0.0 } else { mistake.until_s - mistake.from_s };
+    let at_most = if length_s > 0.0 { "up to " } else { "" };
+    let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {at_most}{worst:.2} {}", mistake.unit()));
+    let length = if length_s > 0.0 { format!(", for {length_s:.1} s") } else { String::new() };
+    format!("{}: {}{other}{worst}{length}", mistake.robot, mistake.kind)
 }
 
 #[cfg(test)]

@@ -7,13 +7,15 @@ use bevy_egui::egui::{
 };
 
 use super::looks::{WordLook, ball_colour, ball_words, condition_look, ink, show_legend, word_looks};
+use super::mistake_list::{cycle_of, mistake_words};
 use super::tracks::{Condition, LaneTrack, Span};
-use super::{EventKind, Lanes, cycle_of, mistake_words};
+use super::{EventKind, Lanes};
+use crate::viewer::commands::{Action, FindEvent, SelectionCommand, TimelineCommand};
 use crate::viewer::display_settings::DisplaySettings;
+use crate::viewer::dock::{Dock, Edge, PanelSizes};
 use crate::viewer::event_filter::EventFilter;
 use crate::viewer::event_log::LogKind;
-use crate::viewer::layout::{Dock, Edge, PanelSizes};
-use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionCommand, TimelineCommand};
+use crate::viewer::shared::{Notice, Selection};
 use crate::viewer::theme::{bright, count, dim, problem_colour, team_colour, text_size};
 use crate::viewer::time_axis::{Axis, BEFORE, LEGEND, ShownPart, time_ticks, upright};
 use crate::viewer::timeline::Timeline;

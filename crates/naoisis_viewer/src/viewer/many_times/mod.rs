@@ -19,12 +19,13 @@ mod saved_test;
 
 use super::branches::BranchCommand;
 use super::camera::{CameraMode, ViewerCamera};
+use super::commands::ViewPreset;
 use super::display_settings::DisplaySettings;
 use super::keyframes::{Keyframes, Simulator};
 use super::layout::LayoutSystems;
 use super::overlays::OverlaySystems;
 use super::rebuild::{RebuildSystems, Rebuilt};
-use super::shared::{Notice, Playback, ViewPreset};
+use super::shared::{Notice, Playback};
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Intervention, Interventions};

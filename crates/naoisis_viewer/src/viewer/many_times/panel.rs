@@ -5,10 +5,10 @@ use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, DragValue, Grid, ProgressBar};
 
 use super::{ManyTimes, ManyTimesCommand, Outcome, Run, heat_map, saved_test};
+use crate::viewer::commands::Action;
 use crate::viewer::display_settings::Switch;
+use crate::viewer::dock::{Dock, Edge, PanelSizes, title};
 use crate::viewer::keyframes::Keyframes;
-use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
-use crate::viewer::shared::Action;
 use crate::viewer::theme::{dim, minutes, team_colour, text_size};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Interventions;

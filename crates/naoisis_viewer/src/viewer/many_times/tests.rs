@@ -1,9 +1,10 @@
 use super::*;
 use crate::viewer::branches::BranchesPlugin;
+use crate::viewer::commands::{TimelineCommand, ViewerCommand};
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
 use crate::viewer::rebuild::RebuildPlugin;
-use crate::viewer::shared::{Selection, TimelineCommand, ViewerCommand};
+use crate::viewer::shared::Selection;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis_core::team::PerTeam;

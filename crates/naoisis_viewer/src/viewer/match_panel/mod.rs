@@ -4,17 +4,17 @@
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 pub mod choice;
 mod panel;
 pub mod trace_reading;
+mod watched_file;
 
 use super::display_settings::DisplaySettings;
 use super::drive::{self, PlayedFile};
 use super::layout::LayoutSystems;
 use super::memory::ViewerMemory;
-use super::shared::{Notice, OpenedTrace, Playback, ViewerCommand};
+use super::shared::{Notice, OpenedTrace, Playback};
 use super::timeline;
 use choice::MatchChoice;
 use naoisis_record::record::read_trace::ReadTrace;
@@ -23,9 +23,8 @@ use naoisis_sim::scenario::{Scenario, ScenarioError, ScenarioFile, TeamsSpec};
 use naoisis_sim::simulation;
 pub use trace_reading::TraceReading;
 use trace_reading::is_reading;
+pub use watched_file::WatchedScenarioFile;
 
-/// The time between two checks of the file, s.
-const LOOK_EVERY_S: f32 = 0.5;
 /// The files that can be opened.
 const KINDS: &str = "a scenario (.json, .ron), a trace (.jsonl, .jsonl.zst, .mcap) or a saved match (.naoisis)";
 /// The scenario for two teams if the current one has none.
@@ -39,8 +38,8 @@ impl Plugin for MatchPanelPlugin {
         app.init_resource::<WatchedScenarioFile>()
             .add_message::<MatchCommand>()
             .init_resource::<TraceReading>()
-            .add_systems(First, (forget_file, apply, trace_reading::show_when_read.run_if(is_reading)).chain())
-            .add_systems(Update, watch_file)
+            .add_systems(First, (watched_file::forget, apply, trace_reading::show_when_read.run_if(is_reading)).chain())
+            .add_systems(Update, watched_file::watch)
             .add_systems(
                 EguiPrimaryContextPass,
                 panel::show.run_if(|display: Res<DisplaySettings>| display.game).in_set(LayoutSystems::Right),
@@ -59,125 +58,6 @@ pub enum MatchCommand {
     Choose(MatchChoice),
     /// Continues this match with the settings of a scenario.
     Change(Box<Scenario>),
-}
-
-/// The file of the scenario, if any. The match restarts when the file changes.
-#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
-pub struct WatchedScenarioFile {
-    file: Option<PathBuf>,
-    modified: Option<SystemTime>,
-    is_gone: bool,
-    /// Whether teams, league, realism or robots were chosen in the window since.
-    is_changed: bool,
-    /// Another file, which was invalid: it is opened when it changes.
-    failed: Option<(PathBuf, Option<SystemTime>)>,
-}
-
-impl WatchedScenarioFile {
-    /// Watches this file from now on.
-    pub fn of(file: &Path) -> Self {
-        Self { file: Some(file.to_owned()), modified: modified(file), ..Self::default() }
-    }
-
-    /// The same file, without its changes until now.
-    pub(super) fn up_to_date(self) -> Self {
-        Self { modified: self.file.as_deref().and_then(modified), ..self }
-    }
-
-    /// The same file, without another one that could not be opened.
-    pub(super) fn without_failed(self) -> Self {
-        Self { failed: None, ..self }
-    }
-
-    /// Notes that a file could not be opened. It may be a valid scenario the next time if its name is that of one.
-    fn note_failed(&mut self, file: &Path) {
-        let may_be_valid = file.extension().is_some_and(|ending| ending == "json" || ending == "ron") && file.exists();
-        if may_be_valid && self.file.as_deref() != Some(file) {
-            self.failed = Some((file.to_owned(), modified(file)));
-        }
-    }
-
-    /// Returns a file that has changed since it was looked at.
-    fn changed(&mut self) -> Option<PathBuf> {
-        let of_match = self.file.as_ref().map(|file| (file.clone(), &mut self.modified));
-        let failed = self.failed.as_mut().map(|(file, modified)| (file.clone(), modified));
-        self.is_gone = of_match.as_ref().is_some_and(|(file, _)| modified(file).is_none());
-        // While the file is being replaced it may not exist for a moment.
-        let (file, noted) = [of_match, failed].into_iter().flatten().find(|(file, noted)| {
-            let now = modified(file);
-            now.is_some() && now != **noted
-        })?;
-        *noted = modified(&file);
-        Some(file)
-    }
-
-    /// The name of the file, if any.
-    fn name(&self) -> Option<String> {
-        Some(self.file.as_ref()?.file_name()?.to_string_lossy().into_owned())
-    }
-
-    /// The origin of the scenario, for the window.
-    fn words(&self) -> String {
-        let of_match = self.words_of_match();
-        match &self.failed {
-            Some((file, _)) => format!("{of_match}. {} is opened when it has been corrected", file.display()),
-            None => of_match,
-        }
-    }
-
-    fn words_of_match(&self) -> String {
-        match &self.file {
-            Some(file) if self.is_gone => format!("{} is gone; the match continues", file.display()),
-            Some(file) if self.is_changed => {
-                format!("{}, changed here: a change of the file restarts the match as in the file", file.display())
-            }
-            Some(file) => format!("{}: the match restarts when the file changes", file.display()),
-            None if self.is_changed => "built in, changed here".to_owned(),
-            None => "built in".to_owned(),
-        }
-    }
-}
-
-fn modified(file: &Path) -> Option<SystemTime> {
-    file.metadata().and_then(|metadata| metadata.modified()).ok()
-}
-
-/// Stops watching when a built-in scenario is loaded.
-fn forget_file(
-    mut commands: MessageReader<ViewerCommand>,
-    mut source: ResMut<WatchedScenarioFile>,
-    mut reading: ResMut<TraceReading>,
-) {
-    if commands.read().any(|command| matches!(command, ViewerCommand::Load(_))) {
-        *source = WatchedScenarioFile::default();
-        reading.give_up();
-    }
-}
-
-/// Restarts the match when its file has changed. If the file cannot be read, the match continues and the error is
-/// shown.
-fn watch_file(
-    time: Res<Time<Real>>,
-    mut since_s: Local<f32>,
-    mut source: ResMut<WatchedScenarioFile>,
-    notice: Option<ResMut<Notice>>,
-    mut commands: MessageWriter<MatchCommand>,
-) {
-    *since_s += time.delta_secs();
-    if *since_s < LOOK_EVERY_S {
-        return;
-    }
-    *since_s = 0.0;
-    let was_gone = source.is_gone;
-    if let Some(file) = source.changed() {
-        commands.write(MatchCommand::Open(file));
-    }
-    if source.is_gone
-        && !was_gone
-        && let Some(mut notice) = notice
-    {
-        notice.tell(source.words());
-    }
 }
 
 fn apply(world: &mut World) {
@@ -308,6 +188,7 @@ fn choose(world: &mut World, choice: &MatchChoice) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::commands::ViewerCommand;
     use crate::viewer::drive::DrivePlugin;
     use crate::viewer::event_log::EventLogPlugin;
     use bevy::time::TimeUpdateStrategy;
@@ -317,6 +198,7 @@ mod tests {
     use naoisis_sim::scenario::{Realism, RealismSettings};
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
     use std::fs::{self, File};
+    use std::time::SystemTime;
 
     fn app() -> App {
         let mut app = App::new();

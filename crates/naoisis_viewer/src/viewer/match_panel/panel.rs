@@ -7,10 +7,11 @@ use std::path::PathBuf;
 
 use super::choice::{MatchChoice, REALISMS, leagues, models};
 use super::{MatchCommand, WatchedScenarioFile};
+use crate::viewer::commands::{Action, HandAction, ViewerCommand};
 use crate::viewer::display_settings::Switch;
-use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
+use crate::viewer::dock::{Dock, Edge, PanelSizes, title};
 use crate::viewer::scenario_list;
-use crate::viewer::shared::{Action, HandAction, OpenedTrace, ViewerCommand};
+use crate::viewer::shared::OpenedTrace;
 use crate::viewer::theme::{bright, dim};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::ball::Rolling;

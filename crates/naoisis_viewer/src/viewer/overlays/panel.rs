@@ -6,9 +6,11 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::legend::{PATCH, marks, patch};
 use super::{Overlay, OverlayCommand, Overlays, Shows};
+use crate::viewer::commands::Action;
 use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
-use crate::viewer::layout::{Dock, Edge, LayoutSystems, PanelSizes, title};
-use crate::viewer::shared::{Action, Selection, short_name};
+use crate::viewer::dock::{Dock, Edge, PanelSizes, title};
+use crate::viewer::layout::LayoutSystems;
+use crate::viewer::shared::{Selection, short_name};
 use crate::viewer::theme::{dim, team_colour, text_size};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;

@@ -1,9 +1,10 @@
 use super::*;
+use crate::viewer::commands::{TimelineCommand, ViewerCommand};
 use crate::viewer::cycle_samples::CycleSamplesPlugin;
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
 use crate::viewer::rebuild::RebuildPlugin;
-use crate::viewer::shared::{Playback, TimelineCommand, ViewerCommand};
+use crate::viewer::shared::Playback;
 use crate::viewer::timeline::start_replay;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;

@@ -1,8 +1,8 @@
 use super::*;
 use crate::viewer::behaviour_state::all_states;
+use crate::viewer::commands::{TimelineCommand, ViewerCommand};
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
-use crate::viewer::shared::{TimelineCommand, ViewerCommand};
 use crate::viewer::timeline::start_replay;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;

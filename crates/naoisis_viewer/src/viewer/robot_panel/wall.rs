@@ -5,9 +5,9 @@ use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, Grid, ScrollArea};
 
 use super::pictures::Pictures;
+use crate::viewer::commands::{Action, SelectionCommand};
 use crate::viewer::display_settings::Switch;
-use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
-use crate::viewer::shared::{Action, SelectionCommand};
+use crate::viewer::dock::{Dock, Edge, PanelSizes, title};
 use crate::viewer::theme::{band, dim, text_size};
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;

@@ -7,13 +7,12 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::pen::{Pen, PenMark};
 use crate::viewer::camera::{CameraMode, ViewerCamera, in_another_area};
+use crate::viewer::commands::{TeachAction, TimelineCommand};
 use crate::viewer::display_settings::is_teaching;
 use crate::viewer::event_log::EventLog;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{self, FreeArea, LayoutSystems};
-use crate::viewer::shared::{
-    CameraSystems, KeysSystems, Notice, Playback, RobotsWorld, Selection, TeachAction, TimelineCommand,
-};
+use crate::viewer::shared::{CameraSystems, KeysSystems, Notice, Playback, RobotsWorld, Selection};
 use crate::viewer::theme::{card, dim, minutes};
 use crate::viewer::timeline::Timeline;
 use crate::viewer::watch::large_letters;

@@ -9,12 +9,12 @@ pub mod bookmarks;
 pub mod pen;
 mod robots_world;
 
+use super::commands::{TeachAction, ViewerCommand};
 use super::display_settings::is_teaching;
 use super::overlays::OverlaySystems;
 use super::pitch_frame::PitchFrameSystems;
 use super::shared::{
-    CameraSystems, KeysSystems, Notice, OpenedTrace, Playback, RobotsWorld, SelectionSystems, TeachAction, TraceSaved,
-    ViewerCommand,
+    CameraSystems, KeysSystems, Notice, OpenedTrace, Playback, RobotsWorld, SelectionSystems, TraceSaved,
 };
 use believed_bodies::BelievedBodies;
 use bookmarks::Bookmarks;

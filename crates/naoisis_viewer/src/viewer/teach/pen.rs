@@ -4,12 +4,13 @@ use bevy::prelude::*;
 use bevy::window::WindowEvent;
 
 use crate::viewer::camera::ViewerCamera;
+use crate::viewer::commands::TeachAction;
 use crate::viewer::layout::{MouseTaken, OverPanel, mouse_is_over_match};
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
 pub use crate::viewer::pen_marks::{Pen, PenMark};
 use crate::viewer::pitch_frame::pitch_from_world;
-use crate::viewer::shared::{Notice, TeachAction};
+use crate::viewer::shared::Notice;
 use bevy_egui::input::EguiWantsInput;
 use naoisis_core::behaviour::drawings::DrawColour;
 

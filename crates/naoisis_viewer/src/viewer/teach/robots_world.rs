@@ -3,10 +3,11 @@
 use bevy::prelude::*;
 
 use crate::viewer::camera::{CameraMode, ViewerCamera};
+use crate::viewer::commands::{SelectionCommand, TeachAction};
 use crate::viewer::display_settings::{DisplaySettings, Workspace};
 use crate::viewer::overlays::{Brush, draw_world_of};
 use crate::viewer::palette;
-use crate::viewer::shared::{Notice, RobotsWorld, Selection, SelectionCommand, TeachAction};
+use crate::viewer::shared::{Notice, RobotsWorld, Selection};
 use naoisis_core::ball::BallPhysics;
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::game::Game;

@@ -11,9 +11,10 @@ use bevy::time::TimeSystems;
 
 mod present;
 
+use super::commands::TimelineCommand;
 use super::event_log::EventLog;
 use super::keyframes::Keyframes;
-use super::shared::{DisplayFraction, Playback, TimelineCommand, replace_match};
+use super::shared::{DisplayFraction, Playback, replace_match};
 use super::speed::Speed;
 use naoisis_core::cycle::{Cycle, CycleClock, PendingHalf};
 use naoisis_record::record::RecordPlugin;

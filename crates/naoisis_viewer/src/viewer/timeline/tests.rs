@@ -1,7 +1,7 @@
 use super::*;
+use crate::viewer::commands::ViewerCommand;
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
-use crate::viewer::shared::ViewerCommand;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis_core::cycle::perceive;

@@ -1,8 +1,8 @@
 use super::*;
+use crate::viewer::commands::{TimelineCommand, ViewerCommand};
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
 use crate::viewer::rebuild::RebuildPlugin;
-use crate::viewer::shared::{TimelineCommand, ViewerCommand};
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis_core::team::{RobotId, Team};

@@ -4,10 +4,11 @@ use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_4;
 
 use crate::viewer::camera::{CameraMode, ViewerCamera};
+use crate::viewer::commands::{TimelineCommand, ViewPreset};
 use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::display_settings::Workspace;
 use crate::viewer::event_log::EventLog;
-use crate::viewer::shared::{Playback, TimelineCommand, ViewPreset, is_over};
+use crate::viewer::shared::{Playback, is_over};
 use crate::viewer::speed::Speed;
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
