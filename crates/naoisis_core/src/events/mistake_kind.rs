@@ -3,11 +3,12 @@
 use bevy::prelude::*;
 use core::fmt;
 use serde::Serialize;
-use strum::VariantArray;
+use strum::{IntoStaticStr, VariantArray};
 
 /// The kind of a mistake.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, VariantArray)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, IntoStaticStr, VariantArray)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 #[non_exhaustive]
 pub enum MistakeKind {
     /// The robot believed the ball elsewhere.
@@ -48,8 +49,8 @@ impl MistakeKind {
     }
 
     /// Its name in files, such as `ball_misplaced`.
-    pub fn key(self) -> String {
-        self.words().replace([' ', '-'], "_")
+    pub fn key(self) -> &'static str {
+        self.into()
     }
 }
 

@@ -229,7 +229,7 @@ fn line<V: Variants>(batch: &Batch<V>, row: &MatchRow, mistake: &Mistake) -> Str
     let seconds = |time_s: f64| shortest_double(time_s).to_string();
     let metres = |length_m: f32| shortest_single(length_m).to_string();
     cells.extend([
-        mistake.kind.key(),
+        mistake.kind.key().to_owned(),
         mistake.robot.to_string(),
         mistake.other.map(|other| other.to_string()).unwrap_or_default(),
         seconds(mistake.from_s),

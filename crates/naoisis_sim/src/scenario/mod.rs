@@ -43,6 +43,7 @@ mod parse;
 mod plane_or_space;
 mod preset;
 mod presets;
+mod quantity;
 mod read;
 mod realism;
 mod robot_settings;
@@ -58,9 +59,7 @@ mod validate;
 pub mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
-pub use expectation::{
-    BallQuantity, Comparison, Expectation, Frequency, NotAnExpectation, Quantity, RobotQuantity, TeamQuantity,
-};
+pub use expectation::{Comparison, Expectation, Frequency, NotAnExpectation};
 pub use fault::ScenarioFault;
 pub use fault::unknown_name;
 pub use field_path::{FieldPath, Segment};
@@ -74,6 +73,7 @@ pub use looks_file::{LOOKS, read_looks};
 pub use models::{MODELS, ModelError, RobotModel};
 pub use preset::Preset;
 pub use presets::{BALL_PRESETS, FIELD_PRESETS, RULES_PRESETS, pitch_preset, rules_preset};
+pub use quantity::{BallQuantity, Quantity, RobotQuantity, TeamQuantity};
 pub use realism::{Realism, RealismSettings};
 pub use robot_settings::{RobotPatch, RobotSettings};
 pub use robot_spec::{BehaviourSpec, RobotSpec};

@@ -11,9 +11,9 @@ pub use numbers::Numbers;
 pub(super) use placement::place_ball_beside_robots;
 use robots::SensorsAtBody;
 
-use super::expectation::Quantity;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
+use super::quantity::Quantity;
 use super::robot_settings::{RobotPatch, RobotSettings, robot_settings};
 use super::robot_spec::RobotSpec;
 use super::types::Scenario;
