@@ -9,10 +9,6 @@ use super::network::{Network, NetworkError, Port, Tensor};
 use crate::environment::{ActionKind, ActionSpace, Extras, ObservationForm, ObservationKind, Others};
 use naoisis_core::read_file::read_file;
 
-/// Size limit of an ONNX file, bytes.
-const LARGEST_NETWORK_BYTES: u64 = 64 << 20;
-/// Size limit of a layout, bytes.
-const LARGEST_LAYOUT_BYTES: u64 = 64 << 10;
 /// The greatest number of cycles for which an action is held.
 const MOST_CYCLES: u32 = 1000;
 
@@ -148,11 +144,11 @@ impl LoadedPolicy {
     pub fn read(path: &Path) -> Result<Self, PolicyError> {
         let file = path.display().to_string();
         let unreadable = |file: &str, problem: String| PolicyError::Unreadable { file: file.to_owned(), problem };
-        let bytes = read_file(path, LARGEST_NETWORK_BYTES).map_err(|error| unreadable(&file, error.to_string()))?;
+        let bytes = read_file(path).map_err(|error| unreadable(&file, error.to_string()))?;
         let network = Network::read(&bytes).map_err(|error| PolicyError::Network { file, error })?;
         let path = path.with_extension("json");
         let file = path.display().to_string();
-        let text = read_file(&path, LARGEST_LAYOUT_BYTES).map_err(|error| {
+        let text = read_file(&path).map_err(|error| {
             unreadable(&file, format!("{error}; a policy needs its layout, such as {EXAMPLE} beside it"))
         })?;
         let layout = serde_json::from_slice(&text).map_err(|error| unreadable(&file, error.to_string()))?;

@@ -9,8 +9,6 @@ use super::DescriptionError;
 use super::figures::Figures;
 use naoisis_core::read_file::read_file;
 
-/// Size limit of a file, bytes.
-const LARGEST_FILE_BYTES: u64 = 4 << 20;
 /// Number of cameras that are read from a Kalibr file at most.
 const MOST_CAMERAS: usize = 16;
 /// The contents that are expected, for error messages.
@@ -50,7 +48,7 @@ struct Source<'a> {
 /// If the file cannot be read, or has no calibration.
 pub(super) fn read(path: &Path) -> Result<Calibrations, DescriptionError> {
     let unreadable = |reason: String| DescriptionError::Unreadable { file: path.display().to_string(), reason };
-    let bytes = read_file(path, LARGEST_FILE_BYTES).map_err(|problem| unreadable(problem.to_string()))?;
+    let bytes = read_file(path).map_err(|problem| unreadable(problem.to_string()))?;
     let text = String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".to_owned()))?;
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let source = Source { file, text: &text };

@@ -7,8 +7,6 @@ use super::DescriptionError;
 use super::tree::bounds;
 use naoisis_core::read_file::read_file;
 
-/// Size limit of a mesh, bytes.
-const LARGEST_MESH_BYTES: u64 = 512 << 20;
 /// Length of a binary STL header: 80 arbitrary bytes, and the number of triangles.
 const HEADER_BYTES: usize = 84;
 /// Length of a triangle in binary STL: a normal and three corners with four bytes per number, and two more bytes.
@@ -23,7 +21,7 @@ pub(super) fn bounds_of(path: &Path, scale: DVec3) -> Result<[DVec3; 2], Descrip
     let wrong = |problem: String| DescriptionError::Mesh(format!("the mesh {name} {problem}"));
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let bytes = match ending.as_str() {
-        "stl" | "obj" => read_file(path, LARGEST_MESH_BYTES),
+        "stl" | "obj" => read_file(path),
         _ => return Err(wrong("is neither STL nor OBJ".to_owned())),
     };
     let bytes = bytes.map_err(|problem| wrong(format!("cannot be read: {problem}")))?;

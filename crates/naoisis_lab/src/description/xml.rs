@@ -1,19 +1,15 @@
 //! Reads XML files as trees of elements with their places in the file.
 
 use core::fmt;
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node};
 use std::path::Path;
 use std::sync::Arc;
 
 use super::DescriptionError;
 use naoisis_core::read_file::read_file;
 
-/// Size limit of a file, bytes.
-const LARGEST_FILE_BYTES: u64 = 64 << 20;
 /// Depth of nested elements at most.
 const DEEPEST: usize = 256;
-/// Number of nodes of a file at most.
-const MOST_NODES: u32 = 2_000_000;
 
 /// A place in a file.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -62,7 +58,7 @@ impl Element {
     /// If the file cannot be read, is no XML, or is a xacro file.
     pub fn read(path: &Path) -> Result<Element, DescriptionError> {
         let unreadable = |reason: String| DescriptionError::Unreadable { file: path.display().to_string(), reason };
-        let bytes = read_file(path, LARGEST_FILE_BYTES).map_err(|problem| unreadable(problem.to_string()))?;
+        let bytes = read_file(path).map_err(|problem| unreadable(problem.to_string()))?;
         let text = String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".to_owned()))?;
         Self::parse(&text, path)
     }
@@ -70,8 +66,7 @@ impl Element {
     fn parse(text: &str, path: &Path) -> Result<Element, DescriptionError> {
         let start = Place::start_of(path);
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-        let document = match Document::parse_with_options(text, options) {
+        let document = match Document::parse(text) {
             Ok(document) => document,
             Err(roxmltree::Error::UnknownNamespace(prefix, at)) if prefix == "xacro" => {
                 return Err(xacro(&Place { line: at.row, column: at.col, ..start }, path));

@@ -29,8 +29,6 @@ use std::path::{Path, PathBuf};
 use super::quantities::quantities;
 use naoisis_core::read_file::read_file;
 
-/// Size limit of a file, bytes.
-const LARGEST_FILE: u64 = 1 << 20;
 /// Prefix of the keys of kicks by kind. Any kind is possible.
 const KICK_KIND: &str = "kicks.";
 
@@ -190,7 +188,7 @@ impl RealFigures {
     }
 
     fn read_file(path: &Path) -> Result<Self, RealFiguresError> {
-        let bytes = read_file(path, LARGEST_FILE);
+        let bytes = read_file(path);
         let bytes = bytes.map_err(|error| RealFiguresError::Io { path: path.to_owned(), error })?;
         Self::from_text(&String::from_utf8_lossy(&bytes), path)
     }

@@ -19,8 +19,6 @@ const METADATA_FILE: &str = "metadata.jsonl";
 const YOLO_FILE: &str = "data.yaml";
 /// Name of the folder with the records of finished matches.
 const PARTS: &str = ".parts";
-/// Length limit of the settings file, bytes.
-const MOST_BYTES: u64 = 64 << 20;
 
 /// The contents of the settings file.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -249,7 +247,7 @@ impl Folder {
         let mut all = Vec::new();
         for index in (0..matches).filter(|index| self.has_match(*index)) {
             let part = self.part(index);
-            let bytes = read_file(&part, u64::MAX - 1).map_err(self.io(&part))?;
+            let bytes = fs::read(&part).map_err(self.io(&part))?;
             for line in bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
                 let record: ImageRecord = serde_json::from_slice(line).map_err(|error| self.io(&part)(error.into()))?;
                 all.push((Split::of_match(index), record));
@@ -350,5 +348,5 @@ fn is_number(digits: &str, least: usize) -> bool {
 }
 
 fn read_about(path: &Path) -> Option<About> {
-    serde_json::from_slice(&read_file(&path.join(SETTINGS_FILE), MOST_BYTES).ok()?).ok()
+    serde_json::from_slice(&read_file(&path.join(SETTINGS_FILE)).ok()?).ok()
 }

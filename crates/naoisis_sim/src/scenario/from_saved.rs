@@ -18,7 +18,7 @@ use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::merge::lay_over;
-use super::saved_match::{LARGEST_FILE_BYTES, NamedValues, SavedMatch, SavedMatchError, read_parts};
+use super::saved_match::{NamedValues, SavedMatch, SavedMatchError, read_parts};
 use super::text::{ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use naoisis_core::cycle::CycleClock;
@@ -92,7 +92,7 @@ pub(super) fn fill_in(source: &ScenarioSource, root: &mut Value) -> Result<(), S
         Value::String(name) => {
             let beside = Path::new(&source.name).parent().unwrap_or(Path::new("")).join(name);
             let expected = "a match that was saved (`naoisis run --save`), beside this file";
-            let bytes = match read_file(&beside, LARGEST_FILE_BYTES) {
+            let bytes = match read_file(&beside) {
                 Ok(bytes) => bytes,
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
                     return fault(format!("there is no file `{}`", beside.display()), expected);

@@ -94,10 +94,14 @@ pub enum RobotQuantity {
 /// Quantities with names in files: the variant in snake case, and for mistakes of one kind the name of the kind.
 trait Named: IntoEnumIterator + Into<&'static str> + Copy {
     /// Creates the quantity of the mistakes of a kind; `None` if there is no such quantity.
-    fn of_mistakes(kind: MistakeKind) -> Option<Self>;
+    fn of_mistakes(_kind: MistakeKind) -> Option<Self> {
+        None
+    }
 
     /// Returns the kind of mistakes that the quantity counts, if it is only one.
-    fn kind_of_mistakes(self) -> Option<MistakeKind>;
+    fn kind_of_mistakes(self) -> Option<MistakeKind> {
+        None
+    }
 
     fn all() -> impl Iterator<Item = Self> {
         Self::iter().chain(MistakeKind::ALL.into_iter().filter_map(Self::of_mistakes))
@@ -121,15 +125,7 @@ trait Named: IntoEnumIterator + Into<&'static str> + Copy {
     }
 }
 
-impl Named for BallQuantity {
-    fn of_mistakes(_: MistakeKind) -> Option<Self> {
-        None
-    }
-
-    fn kind_of_mistakes(self) -> Option<MistakeKind> {
-        None
-    }
-}
+impl Named for BallQuantity {}
 
 impl Named for TeamQuantity {
     fn of_mistakes(kind: MistakeKind) -> Option<Self> {

@@ -23,8 +23,6 @@ use naoisis_core::replace_file::replace_file;
 pub const FOLDER_VARIABLE: &str = "NAOISIS_CONFIG_DIR";
 /// The name of the file.
 const FILE: &str = "viewer.json";
-/// The greatest size of a valid file, bytes.
-const LARGEST_FILE_BYTES: u64 = 1 << 20;
 /// The time between two writes, s.
 const INTERVAL_S: f32 = 1.0;
 
@@ -81,7 +79,7 @@ impl ViewerMemory {
 
     /// The state in a file, which may be missing.
     pub fn in_file(path: PathBuf) -> Self {
-        let remembered = match read_file(&path, LARGEST_FILE_BYTES) {
+        let remembered = match read_file(&path) {
             Ok(text) => serde_json::from_slice(&text).unwrap_or_else(|error| {
                 warn!("{}: invalid and ignored: {error}", path.display());
                 Remembered::default()

@@ -6,14 +6,6 @@ use super::tensor::MOST_NUMBERS;
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NetworkError {
-    /// The file is larger than any policy needs.
-    #[error("the file has {bytes} bytes, and at most {most} are read")]
-    FileTooLarge {
-        /// The size of the file.
-        bytes: usize,
-        /// The largest size that is read.
-        most: usize,
-    },
     /// The bytes are no ONNX model.
     #[error("the file is not a readable ONNX model: {detail}")]
     NotOnnx {

@@ -13,17 +13,8 @@ use super::{
     wire,
 };
 
-/// The largest file that is read.
-const MOST_BYTES: usize = 64 << 20;
-
-/// The most nodes of a graph.
-const MOST_NODES: usize = 10_000;
-
 /// The program in the `bytes` of an ONNX file.
 pub(super) fn read(bytes: &[u8]) -> Result<Program, NetworkError> {
-    if bytes.len() > MOST_BYTES {
-        return Err(NetworkError::FileTooLarge { bytes: bytes.len(), most: MOST_BYTES });
-    }
     wire::check(bytes).map_err(|detail| NetworkError::NotOnnx { detail })?;
     let model = ModelProto::parse_buf(bytes).map_err(|error| NetworkError::NotOnnx { detail: error.to_string() })?;
     let graph = model.graph.as_ref().ok_or_else(|| NetworkError::NotOnnx { detail: "it has no graph".into() })?;
@@ -31,10 +22,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Program, NetworkError> {
     let found = default.and_then(|set| set.version);
     let operator_set =
         found.filter(|version| (11..=20).contains(version)).ok_or(NetworkError::OperatorSet { found })?;
-    if graph.node.len() > MOST_NODES {
-        let detail = format!("{} nodes are more than the {MOST_NODES} allowed", graph.node.len());
-        return Err(NetworkError::Graph { detail });
-    }
     let mut reader = Reader { operator_set, ..Reader::default() };
     reader.read_initializers(graph)?;
     reader.read_inputs(graph)?;

@@ -158,14 +158,10 @@ fn graphs_that_do_not_hold_together_are_refused() {
     let twice = vec![node("Tanh", &["x"], &["y"]), node("Relu", &["x"], &["y"])];
     assert!(refusal(twice, vec![]).contains("two values are named `y`"));
     assert!(refusal(vec![node("Tanh", &["x"], &["h"])], vec![]).contains("no node makes the output `y`"));
-    let many = (0..10_001).map(|i| node("Tanh", &["x"], &[&format!("h{i}")])).collect();
-    assert!(refusal(many, vec![]).contains("10001 nodes"));
 }
 
 #[test]
 fn unusable_models_are_refused() {
-    let most = (64 << 20) + 1;
-    assert!(matches!(Network::read(&vec![0; most]), Err(NetworkError::FileTooLarge { .. })));
     assert!(matches!(Network::read(b"no model"), Err(NetworkError::NotOnnx { .. })));
     assert!(Network::read(&[]).unwrap_err().to_string().contains("no graph"));
     for version in [10, 21] {

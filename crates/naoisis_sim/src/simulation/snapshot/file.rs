@@ -13,7 +13,7 @@ use std::path::Path;
 
 use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
 use crate::scenario::SavedMatchError;
-use crate::scenario::saved_match::{FORMAT, LARGEST_FILE_BYTES, NamedValues, VERSION, read_parts};
+use crate::scenario::saved_match::{FORMAT, NamedValues, VERSION, read_parts};
 use naoisis_core::knowledge::is_of_naoisis;
 use naoisis_core::read_file::read_file;
 use naoisis_core::replace_file::replace_file;
@@ -44,8 +44,7 @@ impl Snapshot {
     /// # Errors
     /// If the file cannot be read, or was not written by [`Snapshot::save`].
     pub fn load(path: &Path, world: &World) -> Result<Snapshot, SnapshotError> {
-        let bytes =
-            read_file(path, LARGEST_FILE_BYTES).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
+        let bytes = read_file(path).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
         Snapshot::from_bytes(&bytes, world)
             .map_err(|error| SnapshotError::NotASnapshot { path: path.to_owned(), error })
     }

@@ -22,9 +22,6 @@ use naoisis_core::replace_file::replace_file;
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::Scenario;
 
-/// The greatest size of a valid file, bytes.
-const LARGEST_FILE_BYTES: u64 = 4 << 20;
-
 /// The file of the match's bookmarks.
 #[derive(Resource, Clone, Debug, Default)]
 pub(super) struct BookmarkFile {
@@ -126,7 +123,7 @@ fn file_of(trace: Option<&Path>, scenario: Option<(&Path, u64)>) -> Option<PathB
 /// # Errors
 /// A message when the file cannot be read or is invalid.
 fn read(path: &Path) -> Result<Vec<Bookmark>, String> {
-    let text = match read_file(path, LARGEST_FILE_BYTES) {
+    let text = match read_file(path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => return Err(format!("{}: {error}", path.display())),
