@@ -14,6 +14,7 @@ use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::message_pack::{self, MessagePackError};
+use naoisis_core::read_file::LARGEST_FILE_BYTES;
 
 /// Extension of the file names of saved matches.
 pub const EXTENSION: &str = "naoisis";
@@ -21,8 +22,6 @@ pub const EXTENSION: &str = "naoisis";
 pub const FORMAT: &str = "naoisis-snapshot";
 /// Version of the format in files.
 pub const VERSION: u32 = 9;
-/// Size limit of a file, bytes: images of 22 robots with depths take half of it.
-pub const LARGEST_FILE_BYTES: u64 = 256 << 20;
 /// Compression level of the packed match. A higher level would delay the reading of tests and save little.
 const PACKING: i32 = 9;
 
